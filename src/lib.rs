@@ -1,0 +1,48 @@
+//! Volumes (CT, MRI) in [Bevy](https://bevy.org) that are carved by hand and shaded with exactly
+//! the ambient occlusion that a full recomputation would give, in the same frame.
+//!
+//! Add [`ContextualAoPlugin`], spawn a [`VolumeBundle`](volume::VolumeBundle) and a mesh with
+//! [`ClipMesh`](clip::ClipMesh), and move the mesh:
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_contextual_ao::prelude::*;
+//!
+//! App::new()
+//!     .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+//!     .add_systems(Startup, |mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>| {
+//!         commands.spawn((Camera3d::default(), Transform::from_xyz(0.0, 0.0, 0.6).looking_at(Vec3::ZERO, Vec3::Y)));
+//!         commands.spawn(VolumeBundle::new(assets.load("head.nii.gz")));
+//!         commands.spawn((ClipMesh::default(), Mesh3d(meshes.add(Sphere::new(0.05))), Transform::from_xyz(0.05, 0.05, 0.05)));
+//!     })
+//!     .run();
+//! ```
+//!
+//! The method is *Contextual Ambient Occlusion* (Titov, Kersten-Oertel, Drouin: Computers &
+//! Graphics 2024, doi:10.1016/j.cag.2024.01.011). Data flows one way through the modules:
+//! [`volume`], [`clip`] and [`occlusion`] say what is shown, what cuts it and how it is shaded;
+//! `render` extracts that and runs the passes; [`material`] draws. [`diagnostics`] tells what was
+//! done.
+
+pub mod clip;
+pub mod diagnostics;
+pub mod material;
+pub mod occlusion;
+mod plugin;
+pub mod render;
+pub mod volume;
+
+pub use plugin::ContextualAoPlugin;
+
+/// What most apps need.
+pub mod prelude {
+    pub use crate::{
+        ContextualAoPlugin,
+        clip::{ClipMesh, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets},
+        occlusion::{AmbientOcclusion, RayPattern, ShadingMode, VolumeShading},
+        volume::{
+            ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBundle, VolumeFailed,
+            VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
+        },
+    };
+}

@@ -1,0 +1,113 @@
+//! Gives volumes their box and material, and cameras the depth that volumes need.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    core_pipeline::prepass::DepthPrepass,
+    light::{NotShadowCaster, NotShadowReceiver},
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+};
+
+use super::VolumeMaterial;
+use crate::{
+    clip::{ClipMesh, ClipSettings},
+    render::capacity_for,
+    volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
+};
+
+/// What the box and the material of a volume were made for.
+#[derive(Component, Clone, PartialEq)]
+pub(super) struct Visuals {
+    volume_revision: u32,
+    clip_capacity: u32,
+    clip_settings: ClipSettings,
+}
+
+/// Makes the box and the material of volumes that can be shown, and makes them anew when the
+/// textures that the material binds are new.
+pub(super) fn attach_visuals(
+    mut commands: Commands,
+    volumes: Query<(Entity, &Volume3d, &LookupTable, Option<&Visuals>)>,
+    carvers: Query<(), With<ClipMesh>>,
+    clip_settings: Res<ClipSettings>,
+    assets: Res<Assets<Volume>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<VolumeMaterial>>,
+) {
+    let clip_capacity = capacity_for(carvers.iter().len());
+    for (entity, volume, table, current) in &volumes {
+        let visuals = Visuals {
+            volume_revision: table.volume_revision,
+            clip_capacity,
+            clip_settings: clip_settings.clone(),
+        };
+        if current == Some(&visuals) {
+            continue;
+        }
+        let Some(volume) = assets.get(&volume.0) else {
+            continue;
+        };
+        commands.entity(entity).insert((
+            visuals,
+            Mesh3d(meshes.add(box_mesh(&VolumeGeometry::of(volume)))),
+            MeshMaterial3d(materials.add(VolumeMaterial { volume: entity })),
+            NotShadowCaster,
+            NotShadowReceiver,
+        ));
+    }
+}
+
+/// Takes the box and the material from entities that have no volume any more.
+pub(super) fn detach_visuals(
+    mut commands: Commands,
+    orphans: Query<Entity, (With<Visuals>, Or<(Without<Volume3d>, Without<LookupTable>)>)>,
+) {
+    for entity in &orphans {
+        commands.entity(entity).remove::<(
+            Visuals,
+            Mesh3d,
+            MeshMaterial3d<VolumeMaterial>,
+            NotShadowCaster,
+            NotShadowReceiver,
+        )>();
+    }
+}
+
+/// Gives 3D cameras the depth prepass by which opaque meshes hide volumes.
+pub(super) fn require_depth(
+    mut commands: Commands,
+    volumes: Query<(), With<Volume3d>>,
+    cameras: Query<Entity, (With<Camera3d>, Without<DepthPrepass>)>,
+) {
+    if volumes.is_empty() {
+        return;
+    }
+    for camera in &cameras {
+        commands.entity(camera).insert(DepthPrepass);
+    }
+}
+
+/// The box that the voxels fill, in volume space (mm), faces outwards.
+fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
+    // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
+    const FACES: [[u32; 4]; 6] = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let corners = geometry.corners().map(|corner| corner.as_vec3().to_array());
+    let is_mirrored = geometry.local_from_voxel.matrix3.determinant() < 0.0;
+    let triangles = FACES.iter().flat_map(|&[a, b, c, d]| {
+        if is_mirrored {
+            [a, c, b, a, d, c]
+        } else {
+            [a, b, c, a, c, d]
+        }
+    });
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
+        .with_inserted_indices(Indices::U32(triangles.collect()))
+}

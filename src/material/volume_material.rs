@@ -1,0 +1,127 @@
+//! The material: binds what the passes keep for a volume.
+
+use bevy::{
+    asset::embedded_path,
+    ecs::system::{SystemParam, SystemParamItem},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{MaterialPipeline, MaterialPipelineKey},
+    prelude::*,
+    render::{
+        render_resource::{
+            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, BindingResources,
+            CompareFunction, Face, OwnedBindingResource, RenderPipelineDescriptor, ShaderStages,
+            SpecializedMeshPipelineError, TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
+            binding_types::texture_3d,
+        },
+        renderer::RenderDevice,
+        sync_world::MainEntity,
+    },
+    shader::{ShaderDefVal, ShaderRef},
+};
+
+use crate::render::{ClipMaps, Formats, VolumeStore, volume_bindings};
+
+/// Draws the volume of an entity, made and kept up to date by the plugin.
+///
+/// It holds no data of its own: it binds the textures that the passes keep for the volume, so that
+/// what a carver changes this frame is drawn this frame.
+#[derive(Asset, TypePath, Clone, Debug)]
+pub struct VolumeMaterial {
+    /// The entity with the [`Volume3d`](crate::volume::Volume3d).
+    pub(super) volume: Entity,
+}
+
+/// Where Bevy binds materials: group 3.
+const MATERIAL_BIND_GROUP: u32 = bevy::pbr::MATERIAL_BIND_GROUP_INDEX as u32;
+
+impl Material for VolumeMaterial {
+    fn fragment_shader() -> ShaderRef {
+        let path = bevy::asset::AssetPath::from_path_buf(embedded_path!("volume.wgsl"));
+        path.with_source("embedded").into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Premultiplied
+    }
+
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // Back faces, whatever is in front of them: the camera may be inside the box, and the
+        // shader itself stops at opaque geometry.
+        descriptor.primitive.cull_mode = Some(Face::Front);
+        if let Some(depth_stencil) = &mut descriptor.depth_stencil {
+            depth_stencil.depth_compare = Some(CompareFunction::Always);
+        }
+        let group = ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), MATERIAL_BIND_GROUP);
+        if let Some(fragment) = &mut descriptor.fragment {
+            fragment.shader_defs.push(group);
+        }
+        Ok(())
+    }
+}
+
+/// What the passes keep, for the material to bind.
+#[derive(SystemParam)]
+pub struct PassResources<'w> {
+    volumes: Res<'w, VolumeStore>,
+    clip_maps: Res<'w, ClipMaps>,
+    formats: Res<'w, Formats>,
+}
+
+impl AsBindGroup for VolumeMaterial {
+    type Data = ();
+    type Param = PassResources<'static>;
+
+    fn label() -> &'static str {
+        "volume_material"
+    }
+
+    fn bind_group_data(&self) -> Self::Data {}
+
+    fn unprepared_bind_group(
+        &self,
+        _: &BindGroupLayout,
+        _: &RenderDevice,
+        passes: &mut SystemParamItem<Self::Param>,
+        _: bool,
+    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
+        let bindings = (|| {
+            let volume = passes.volumes.0.get(&MainEntity::from(self.volume))?;
+            let clip = passes.clip_maps.textures.as_ref()?;
+            let mut bindings = volume_bindings::bindings(volume, clip, &passes.formats)?;
+            for (binding, texture) in [(7, &volume.opacities), (8, &volume.occlusion)] {
+                let view = texture.view.clone();
+                bindings.push((
+                    binding,
+                    OwnedBindingResource::TextureView(TextureViewDimension::D3, view),
+                ));
+            }
+            Some(bindings)
+        })();
+        bindings
+            .map(|bindings| UnpreparedBindGroup {
+                bindings: BindingResources(bindings),
+            })
+            .ok_or(AsBindGroupError::RetryNextUpdate)
+    }
+
+    fn bind_group_layout_entries(_: &RenderDevice, _: bool) -> Vec<BindGroupLayoutEntry> {
+        let stages = ShaderStages::FRAGMENT;
+        let volume = texture_3d(TextureSampleType::Float { filterable: true });
+        let mut entries = volume_bindings::layout_entries(stages);
+        entries.extend([7, 8].map(|binding| volume.build(binding, stages)));
+        entries
+    }
+}

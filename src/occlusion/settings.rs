@@ -1,0 +1,143 @@
+//! The components that say how a volume is shaded.
+
+use bevy::{math::DVec3, prelude::*};
+
+use super::RayPattern;
+
+/// How the ambient occlusion of a volume is computed (required by
+/// [`Volume3d`](crate::volume::Volume3d)).
+///
+/// A change recomputes the occlusion of the whole volume, spread over several frames.
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct AmbientOcclusion {
+    /// The directions in which a voxel looks. More rays cost proportionally more time and lower
+    /// the error; few rays show as bands in smooth regions.
+    pub pattern: RayPattern,
+    /// Samples per ray. More reach farther and cost proportionally more time per recomputed voxel;
+    /// a carver then also makes more voxels recompute.
+    pub steps: u32,
+    /// Distance between samples, millimetres. Longer steps reach farther for the same cost and may
+    /// step over structures thinner than themselves.
+    pub step_mm: f32,
+}
+
+impl Default for AmbientOcclusion {
+    fn default() -> Self {
+        Self {
+            pattern: RayPattern::default(),
+            steps: 20,
+            step_mm: 1.0,
+        }
+    }
+}
+
+impl AmbientOcclusion {
+    /// Distance of the first sample from the voxel centre, mm: one voxel diagonal.
+    pub fn start_mm(spacing_mm: DVec3) -> f64 {
+        spacing_mm.length()
+    }
+
+    /// The farthest distance, mm, at which clipping can change a voxel's occlusion, for a volume
+    /// of the given voxel spacing (mm): the farthest sample, its trilinear footprint (one voxel
+    /// diagonal) and the coverage footprint (1.025 voxel diagonals).
+    pub fn reach_mm(&self, spacing_mm: DVec3) -> f64 {
+        let diagonal = spacing_mm.length();
+        let ray = if self.steps == 0 {
+            0.0
+        } else {
+            Self::start_mm(spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
+        };
+        ray + diagonal + COVERAGE_FOOTPRINT * diagonal
+    }
+}
+
+/// Half extent, in voxels, of the box over which a voxel's clip coverage is sampled
+/// (supplementary notes to algorithm 2 of the paper): a little more than the trilinear footprint.
+pub(crate) const COVERAGE_FOOTPRINT: f64 = 1.025;
+
+/// How a volume is drawn (required by [`Volume3d`](crate::volume::Volume3d)).
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct VolumeShading {
+    /// What shades a sample.
+    pub mode: ShadingMode,
+    /// Distance between samples along a view ray, in units of the smallest voxel spacing. Smaller
+    /// steps cost proportionally more drawing time and show fewer slices.
+    pub step_voxels: f32,
+    /// Moves the start of every view ray by a fixed pattern, which turns slices into noise.
+    pub jitter: bool,
+}
+
+impl Default for VolumeShading {
+    fn default() -> Self {
+        Self {
+            mode: ShadingMode::default(),
+            step_voxels: 0.5,
+            jitter: true,
+        }
+    }
+}
+
+/// What shades the samples of a volume.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum ShadingMode {
+    /// The transfer function's colour alone.
+    Solid,
+    /// Blinn-Phong with a light at the camera; gradients of the clipped opacity.
+    Phong,
+    /// Contextual ambient occlusion: only what a carver can have changed is recomputed.
+    #[default]
+    Cao,
+    /// Blinn-Phong, and its ambient and diffuse parts darkened by contextual ambient occlusion.
+    PhongCao,
+    /// Local ambient occlusion of every voxel, recomputed every frame: the reference for
+    /// [`ShadingMode::Cao`], which gives the same image.
+    Lao,
+}
+
+impl ShadingMode {
+    /// All modes, in the order of a menu.
+    pub const ALL: [Self; 5] = [Self::Solid, Self::Phong, Self::Cao, Self::PhongCao, Self::Lao];
+
+    /// Whether samples are darkened by ambient occlusion.
+    pub fn uses_occlusion(self) -> bool {
+        matches!(self, Self::Cao | Self::PhongCao | Self::Lao)
+    }
+
+    /// Whether samples are lit by Blinn-Phong.
+    pub fn uses_light(self) -> bool {
+        matches!(self, Self::Phong | Self::PhongCao)
+    }
+
+    /// Whether every voxel is recomputed every frame.
+    pub fn recomputes_all(self) -> bool {
+        self == Self::Lao
+    }
+
+    /// The name used on command lines and in tables: `solid`, `phong`, `cao`, `phong_cao`, `lao`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solid => "solid",
+            Self::Phong => "phong",
+            Self::Cao => "cao",
+            Self::PhongCao => "phong_cao",
+            Self::Lao => "lao",
+        }
+    }
+}
+
+impl core::str::FromStr for ShadingMode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|mode| mode.name() == name)
+            .ok_or_else(|| {
+                let names = Self::ALL.map(Self::name).join(", ");
+                format!("unknown shading mode `{name}`: expected one of {names}")
+            })
+    }
+}

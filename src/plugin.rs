@@ -1,0 +1,95 @@
+//! The plugin: everything together.
+
+use bevy::{
+    prelude::*,
+    render::{RenderApp, render_resource::WgpuLimits, renderer::RenderDevice},
+};
+
+use crate::{
+    clip::ClipPlugin,
+    diagnostics::{CountWork, RenderStatus, ReportChannel},
+    material::VolumeMaterialPlugin,
+    occlusion::OcclusionPlugin,
+    render::OcclusionRenderPlugin,
+    volume::{OcclusionProgress, VolumeOccluded, VolumePlugin},
+};
+
+/// Shows volumes and lets meshes carve them. Add it after Bevy's `DefaultPlugins`.
+///
+/// On a device without compute shaders (or without a renderer at all) it warns once; assets still
+/// load, volumes are not drawn, the rest of the app is unharmed.
+#[derive(Default)]
+pub struct ContextualAoPlugin {
+    _private: (),
+}
+
+impl Plugin for ContextualAoPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ReportChannel>()
+            .init_resource::<RenderStatus>()
+            .init_resource::<CountWork>()
+            .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
+            .add_systems(PreUpdate, receive_report);
+        if app.get_sub_app(RenderApp).is_none() {
+            warn!("ContextualAoPlugin: there is no renderer, so volumes are not drawn");
+            return;
+        }
+        if let Some(device) = app.world().get_resource::<RenderDevice>()
+            && let Err(lacking) = check_limits(&device.limits())
+        {
+            warn!("ContextualAoPlugin: volumes are not drawn, the graphics device lacks {lacking}");
+            return;
+        }
+        app.add_plugins((OcclusionRenderPlugin, VolumeMaterialPlugin));
+    }
+}
+
+/// What the passes need of a device, beyond what drawing in Bevy needs.
+fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
+    let needed = [
+        (
+            "compute workgroups of 64 invocations",
+            limits.max_compute_invocations_per_workgroup,
+            64,
+        ),
+        (
+            "2 storage textures per stage",
+            limits.max_storage_textures_per_shader_stage,
+            2,
+        ),
+        (
+            "10 KiB uniform buffers",
+            limits.max_uniform_buffer_binding_size as u32,
+            10_240,
+        ),
+    ];
+    match needed.iter().find(|(_, has, needs)| has < needs) {
+        Some((what, has, _)) => Err(format!("{what} (it has {has})")),
+        None => Ok(()),
+    }
+}
+
+/// Takes over what the render world reports, and tells volumes that became complete.
+fn receive_report(
+    mut commands: Commands,
+    channel: Res<ReportChannel>,
+    mut status: ResMut<RenderStatus>,
+    mut volumes: Query<&mut OcclusionProgress>,
+) {
+    let Ok(mut report) = channel.0.lock() else {
+        return;
+    };
+    let new = RenderStatus {
+        usage: report.usage,
+        passes: report.passes,
+    };
+    status.set_if_neq(new);
+    for (entity, progress) in report.progress.drain(..) {
+        let Ok(mut current) = volumes.get_mut(entity) else {
+            continue;
+        };
+        if current.set_if_neq(OcclusionProgress(progress)) && progress >= 1.0 {
+            commands.trigger(VolumeOccluded { entity });
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! The depth and dilation maps of all carvers: one texture array each, one slot per carver.
+
+use bevy::{
+    math::Vec3,
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        render_resource::{
+            Extent3d, Texture, TextureAspect, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::extract::{ExtractedCarver, ExtractedScene};
+use crate::{
+    clip::{ClipFrame, ClipOperation, DilationFrame, MAX_CARVERS},
+    diagnostics::GpuUsage,
+};
+
+/// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
+/// taken over whole texels.
+pub(crate) const TEXELS_PER_DILATION_TEXEL: u32 = 8;
+
+/// The maps of every carver.
+#[derive(Resource, Default)]
+pub(crate) struct ClipMaps {
+    pub textures: Option<ClipTextures>,
+    pub slots: HashMap<Entity, Slot>,
+}
+
+/// The texture arrays.
+pub(crate) struct ClipTextures {
+    /// Number of slots.
+    pub capacity: u32,
+    /// Texels per side of a depth map.
+    pub depth_map_size: u32,
+    depth: Texture,
+    /// Layer `2 * slot`: nearest depth, `2 * slot + 1`: farthest.
+    pub depth_view: TextureView,
+    dilation: Texture,
+    /// Layer `slot`: near and far bound.
+    pub dilation_view: TextureView,
+    tiles: Texture,
+    /// Extrema of 8x8 texels of the depth map being dilated.
+    pub tile_view: TextureView,
+}
+
+/// A carver's place in the arrays, and what its maps show.
+#[derive(Default)]
+pub(crate) struct Slot {
+    pub index: u32,
+    pub drawn: Option<DepthKey>,
+    pub dilated: Option<DilationKey>,
+}
+
+/// What a depth map depends on.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct DepthKey {
+    mesh: AssetId<Mesh>,
+    revision: u32,
+    frame: ClipFrame,
+}
+
+/// What a dilation map depends on, besides the depth map.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct DilationKey {
+    /// Half axes of the ellipsoid, clip map space.
+    pub radii: Vec3,
+    pub operation: ClipOperation,
+}
+
+impl DilationKey {
+    /// What `carver` needs for a reach in world units, keeping `current` while it serves: turning
+    /// a carver changes the radii by rounding only, which the reach's margin covers.
+    pub fn new(carver: &ExtractedCarver, reach_world: f32, current: Option<Self>) -> Option<Self> {
+        let radii = carver
+            .frame
+            .reach_radii(carver.world_from_local.matrix3.into(), reach_world)?;
+        let operation = carver.clip_mesh.operation;
+        Some(match current {
+            Some(current)
+                if current.operation == operation
+                    && (radii / current.radii - 1.0).abs().max_element() < 1e-4 =>
+            {
+                current
+            }
+            _ => Self { radii, operation },
+        })
+    }
+
+    /// The part of clip map space that the dilation map covers.
+    pub fn frame(&self) -> DilationFrame {
+        DilationFrame::for_radii(self.radii)
+    }
+}
+
+impl DepthKey {
+    pub fn of(carver: &ExtractedCarver) -> Self {
+        Self {
+            mesh: carver.mesh,
+            revision: carver.revision,
+            frame: carver.frame,
+        }
+    }
+}
+
+/// Slots allocated for a number of carvers.
+pub(crate) fn capacity_for(carvers: usize) -> u32 {
+    carvers.clamp(1, MAX_CARVERS).next_power_of_two() as u32
+}
+
+/// A depth map size that divides into dilation texels.
+pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
+    let step = TEXELS_PER_DILATION_TEXEL;
+    requested
+        .clamp(step, largest)
+        .next_multiple_of(step)
+        .min(largest / step * step)
+}
+
+impl ClipMaps {
+    /// Makes room for the carvers of the scene, and frees what the others had.
+    pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice) {
+        let capacity = capacity_for(scene.carvers.len());
+        let size = depth_map_size(
+            scene.clip_settings.depth_map_size,
+            device.limits().max_texture_dimension_2d,
+        );
+        let fits = |textures: &ClipTextures| textures.capacity == capacity && textures.depth_map_size == size;
+        if !self.textures.as_ref().is_some_and(fits) {
+            self.textures = Some(ClipTextures::new(capacity, size, device));
+            self.slots.clear();
+        }
+        let alive = scene.carver_entities();
+        self.slots.retain(|entity, _| alive.contains(entity));
+        for carver in &scene.carvers {
+            if !self.slots.contains_key(&carver.entity) {
+                let taken: Vec<u32> = self.slots.values().map(|slot| slot.index).collect();
+                if let Some(index) = (0..capacity).find(|index| !taken.contains(index)) {
+                    self.slots.insert(carver.entity, Slot { index, ..default() });
+                }
+            }
+        }
+    }
+
+    /// What the maps take on the device.
+    pub fn usage(&self) -> GpuUsage {
+        self.textures.as_ref().map_or(default(), |textures| {
+            usage_of([&textures.depth, &textures.dilation, &textures.tiles])
+        })
+    }
+}
+
+impl ClipTextures {
+    fn new(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> Self {
+        let array = |label, size, layers, format, usage| {
+            device.create_texture(&TextureDescriptor {
+                label: Some(label),
+                size: Extent3d {
+                    width: size,
+                    height: size,
+                    depth_or_array_layers: layers,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format,
+                usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let view = |texture: &Texture, dimension| {
+            texture.create_view(&TextureViewDescriptor {
+                dimension: Some(dimension),
+                ..default()
+            })
+        };
+        let coarse = depth_map_size / TEXELS_PER_DILATION_TEXEL;
+        let depth = array(
+            "contextual_ao_depth_maps",
+            depth_map_size,
+            2 * capacity,
+            TextureFormat::Depth32Float,
+            TextureUsages::RENDER_ATTACHMENT,
+        );
+        let dilation = array(
+            "contextual_ao_dilation_maps",
+            coarse,
+            capacity,
+            TextureFormat::Rg32Float,
+            TextureUsages::STORAGE_BINDING,
+        );
+        let tiles = array(
+            "contextual_ao_depth_tiles",
+            coarse,
+            1,
+            TextureFormat::Rg32Float,
+            TextureUsages::STORAGE_BINDING,
+        );
+        Self {
+            capacity,
+            depth_map_size,
+            depth_view: view(&depth, TextureViewDimension::D2Array),
+            dilation_view: view(&dilation, TextureViewDimension::D2Array),
+            tile_view: view(&tiles, TextureViewDimension::D2),
+            depth,
+            dilation,
+            tiles,
+        }
+    }
+
+    /// Texels per side of a dilation map.
+    pub fn dilation_map_size(&self) -> u32 {
+        self.depth_map_size / TEXELS_PER_DILATION_TEXEL
+    }
+
+    /// One layer of the depth maps, to render into.
+    pub fn depth_layer(&self, layer: u32) -> TextureView {
+        self.depth.create_view(&TextureViewDescriptor {
+            dimension: Some(TextureViewDimension::D2),
+            aspect: TextureAspect::DepthOnly,
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..default()
+        })
+    }
+}
+
+/// Number and bytes of some textures.
+pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> GpuUsage {
+    let mut usage = GpuUsage::default();
+    for texture in textures {
+        let size = texture.size();
+        let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
+        usage.textures += 1;
+        usage.bytes += texels
+            * texture
+                .format()
+                .block_copy_size(Some(texture_aspect(texture)))
+                .unwrap_or(0) as u64;
+    }
+    usage
+}
+
+fn texture_aspect(texture: &Texture) -> TextureAspect {
+    if texture.format().is_depth_stencil_format() {
+        TextureAspect::DepthOnly
+    } else {
+        TextureAspect::All
+    }
+}

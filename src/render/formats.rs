@@ -1,0 +1,141 @@
+//! What the device can do: texture formats and samplers that differ between adapters.
+
+use bevy::shader::ShaderDefVal;
+use bevy::{
+    image::ImageSamplerBorderColor,
+    prelude::*,
+    render::{
+        render_resource::{
+            AddressMode, Extent3d, FilterMode, Sampler, SamplerDescriptor, TextureDescriptor,
+            TextureDimension, TextureFormat, TextureUsages, WgpuFeatures,
+        },
+        renderer::{RenderAdapter, RenderDevice},
+    },
+};
+
+use crate::volume::Intensities;
+
+/// The formats and samplers chosen for this device.
+#[derive(Resource)]
+pub(crate) struct Formats {
+    /// One number in [0, 1] per voxel, written by compute passes, filtered when read.
+    pub scalar: TextureFormat,
+    /// Intensities of more than 8 bits.
+    intensity16: TextureFormat,
+    /// Filters, clamping to the edge.
+    pub edge_sampler: Sampler,
+    /// Filters; outside the grid transparent where the device can, else clamped to the edge.
+    pub grid_sampler: Sampler,
+    has_grid_border: bool,
+}
+
+impl FromWorld for Formats {
+    fn from_world(world: &mut World) -> Self {
+        let device = world.resource::<RenderDevice>();
+        let adapter = world.resource::<RenderAdapter>();
+        let features = device.features();
+        let stores = |format: TextureFormat| {
+            features.contains(WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
+                && adapter
+                    .get_texture_format_features(format)
+                    .allowed_usages
+                    .contains(TextureUsages::STORAGE_BINDING)
+        };
+        let has_grid_border = features.contains(WgpuFeatures::ADDRESS_MODE_CLAMP_TO_BORDER);
+        let sampler = |label, border: bool| {
+            let mode = if border {
+                AddressMode::ClampToBorder
+            } else {
+                AddressMode::ClampToEdge
+            };
+            device.create_sampler(&SamplerDescriptor {
+                label: Some(label),
+                address_mode_u: mode,
+                address_mode_v: mode,
+                address_mode_w: mode,
+                mag_filter: FilterMode::Linear,
+                min_filter: FilterMode::Linear,
+                border_color: border.then_some(ImageSamplerBorderColor::TransparentBlack.into()),
+                ..default()
+            })
+        };
+        Self {
+            scalar: if stores(TextureFormat::R8Unorm) {
+                TextureFormat::R8Unorm
+            } else {
+                TextureFormat::Rgba8Unorm
+            },
+            intensity16: if features.contains(WgpuFeatures::TEXTURE_FORMAT_16BIT_NORM) {
+                TextureFormat::R16Unorm
+            } else if features.contains(WgpuFeatures::FLOAT32_FILTERABLE) {
+                TextureFormat::R32Float
+            } else {
+                // Keeps 11 bits, the most that core WebGPU filters.
+                TextureFormat::R16Float
+            },
+            edge_sampler: sampler("contextual_ao_edge", false),
+            grid_sampler: sampler("contextual_ao_grid", has_grid_border),
+            has_grid_border,
+        }
+    }
+}
+
+impl Formats {
+    /// The definitions that every compute shader is compiled with.
+    pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
+        let mut defs = vec![ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), 0)];
+        if self.scalar == TextureFormat::R8Unorm {
+            defs.push("STORE_R8".into());
+        }
+        if self.has_grid_border {
+            defs.push("GRID_BORDER".into());
+        }
+        defs
+    }
+
+    /// A texture format for intensities, their values in it, and the stored value that it gives as 1.
+    pub fn encode_intensities(&self, intensities: &Intensities) -> (TextureFormat, Vec<u8>, f64) {
+        match intensities {
+            Intensities::U8(values) => (TextureFormat::R8Unorm, values.clone(), u8::MAX as f64),
+            Intensities::U16(values) => {
+                let largest = u16::MAX as f64;
+                let unit = |value: &u16| (*value as f64 / largest) as f32;
+                let bytes = match self.intensity16 {
+                    TextureFormat::R16Unorm => bytemuck::cast_slice(values).to_vec(),
+                    TextureFormat::R32Float => values
+                        .iter()
+                        .flat_map(|value| unit(value).to_ne_bytes())
+                        .collect(),
+                    _ => values
+                        .iter()
+                        .flat_map(|value| half::f16::from_f32(unit(value)).to_ne_bytes())
+                        .collect(),
+                };
+                (self.intensity16, bytes, largest)
+            }
+        }
+    }
+}
+
+/// A 3D texture of one value per voxel that passes read and, with `STORAGE_BINDING`, write.
+pub(crate) fn volume_texture(
+    label: &'static str,
+    dimensions: UVec3,
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> TextureDescriptor<'static> {
+    TextureDescriptor {
+        label: Some(label),
+        size: Extent3d {
+            width: dimensions.x,
+            height: dimensions.y,
+            depth_or_array_layers: dimensions.z,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D3,
+        format,
+        usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    }
+}

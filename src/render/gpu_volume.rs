@@ -1,0 +1,64 @@
+//! The intensities of a volume as a texture.
+
+use bevy::{
+    ecs::system::{SystemParamItem, lifetimeless::SRes},
+    prelude::*,
+    render::{
+        render_asset::{PrepareAssetError, RenderAsset},
+        render_resource::{Texture, TextureDataOrder, TextureUsages, TextureView},
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::formats::{Formats, volume_texture};
+use crate::volume::Volume;
+
+/// A [`Volume`] on the device.
+pub(crate) struct GpuVolume {
+    pub texture: Texture,
+    pub view: TextureView,
+    /// The stored intensity that the texture gives as 1.
+    pub largest_stored: f64,
+}
+
+impl RenderAsset for GpuVolume {
+    type SourceAsset = Volume;
+    type Param = (SRes<RenderDevice>, SRes<RenderQueue>, SRes<Formats>);
+
+    fn byte_len(volume: &Volume) -> Option<usize> {
+        Some(volume.intensities().len())
+    }
+
+    fn prepare_asset(
+        volume: Volume,
+        _: AssetId<Volume>,
+        (device, queue, formats): &mut SystemParamItem<Self::Param>,
+        _: Option<&Self>,
+    ) -> Result<Self, PrepareAssetError<Volume>> {
+        let (format, bytes, largest_stored) = formats.encode_intensities(volume.intensities());
+        let texture = device.create_texture_with_data(
+            queue,
+            &volume_texture(
+                "contextual_ao_intensities",
+                volume.dimensions(),
+                format,
+                TextureUsages::COPY_DST,
+            ),
+            TextureDataOrder::default(),
+            &bytes,
+        );
+        Ok(Self {
+            view: texture.create_view(&default()),
+            texture,
+            largest_stored,
+        })
+    }
+}
+
+impl GpuVolume {
+    /// Number of voxels.
+    pub fn dimensions(&self) -> UVec3 {
+        let size = self.texture.size();
+        UVec3::new(size.width, size.height, size.depth_or_array_layers)
+    }
+}

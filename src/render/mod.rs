@@ -1,0 +1,96 @@
+//! The passes, in the render world. This file only wires them up:
+//!
+//! main world → [`extract`] → [`volume_store`], [`clip_maps`] (what stays on the device) →
+//! [`plan`] (what this frame needs) → [`encode`] (the passes, in order).
+
+mod bricks;
+mod classify;
+mod clip_depth;
+mod clip_maps;
+mod dilate;
+mod encode;
+mod extract;
+mod formats;
+mod gpu_volume;
+mod plan;
+mod ray_cast;
+pub(crate) mod volume_bindings;
+mod volume_store;
+mod volume_uniform;
+
+use bevy::{
+    asset::embedded_asset,
+    core_pipeline::schedule::camera_driver,
+    prelude::*,
+    render::{
+        ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
+        erased_render_asset::prepare_erased_assets,
+        render_asset::{RenderAssetPlugin, prepare_assets},
+        render_resource::SpecializedRenderPipelines,
+        renderer::{RenderGraph, RenderGraphSystems},
+    },
+    shader::load_shader_library,
+};
+
+use crate::{diagnostics::ReportChannel, material::VolumeMaterial};
+
+pub(crate) use clip_maps::{ClipMaps, capacity_for};
+pub(crate) use formats::Formats;
+pub use volume_store::{VolumeStore, VolumeTexture};
+
+/// Adds the passes to the render world.
+pub(crate) struct OcclusionRenderPlugin;
+
+impl Plugin for OcclusionRenderPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "volume_bindings.wgsl");
+        load_shader_library!(app, "clip_test.wgsl");
+        load_shader_library!(app, "occlusion_pass.wgsl");
+        embedded_asset!(app, "clip_depth.wgsl");
+        embedded_asset!(app, "dilate.wgsl");
+        embedded_asset!(app, "classify.wgsl");
+        embedded_asset!(app, "ray_cast.wgsl");
+        app.add_plugins(RenderAssetPlugin::<gpu_volume::GpuVolume>::default());
+        let report = app.world().resource::<ReportChannel>().clone();
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .insert_resource(report)
+            .init_resource::<extract::ExtractedScene>()
+            .init_gpu_resource::<ClipMaps>()
+            .init_gpu_resource::<VolumeStore>()
+            .init_gpu_resource::<plan::FramePlan>()
+            .init_gpu_resource::<SpecializedRenderPipelines<clip_depth::ClipDepthPipeline>>()
+            .init_gpu_resource::<clip_depth::ClipDepthPipeline>()
+            .init_gpu_resource::<dilate::DilatePipelines>()
+            .add_systems(
+                RenderStartup,
+                (
+                    bevy::render::init_gpu_resource::<Formats>,
+                    bevy::render::init_gpu_resource::<classify::ClassifyPipeline>,
+                    bevy::render::init_gpu_resource::<ray_cast::RayCastPipeline>,
+                )
+                    .chain(),
+            )
+            .add_systems(ExtractSchedule, extract::extract_scene)
+            .add_systems(
+                Render,
+                (
+                    volume_store::prepare_resources
+                        .in_set(RenderSystems::PrepareAssets)
+                        .after(prepare_assets::<gpu_volume::GpuVolume>)
+                        .before(prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>),
+                    (plan::plan_carvers, plan::plan_volumes)
+                        .chain()
+                        .in_set(RenderSystems::PrepareResources),
+                ),
+            )
+            .add_systems(
+                RenderGraph,
+                encode::encode_passes
+                    .in_set(RenderGraphSystems::Render)
+                    .before(camera_driver),
+            );
+    }
+}

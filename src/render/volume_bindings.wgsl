@@ -1,0 +1,74 @@
+// What every pass reads of a volume and its carvers. The Rust side is `render/volume_uniform.rs`
+// (data) and `render/volume_bindings.rs` (layout); the group is 0 in compute passes and the
+// material's group when drawing.
+
+#define_import_path bevy_contextual_ao::volume_bindings
+
+struct VolumeUniform {
+    // Volume space (mm, around the centre) → texture coordinates in [0, 1].
+    texture_from_local: mat4x4<f32>,
+    // Voxel index, at voxel centres → volume space (mm).
+    local_from_voxel: mat4x4<f32>,
+    local_from_world: mat4x4<f32>,
+    // Number of voxels.
+    dimensions: vec3<u32>,
+    carver_count: u32,
+    // Lookup table entry = texture value * table_scale + table_offset.
+    table_scale: f32,
+    table_offset: f32,
+    // Exponents of the opacity correction (length of a step / opacity unit distance).
+    occlusion_exponent: f32,
+    draw_exponent: f32,
+    // Length of a drawing step, mm.
+    draw_step_mm: f32,
+    // Bits: see SHADE_*.
+    shading: u32,
+    // Texels per side of the depth maps and of the dilation maps.
+    depth_map_size: f32,
+    dilation_map_size: f32,
+}
+
+// Set in `VolumeUniform.shading`.
+const SHADE_OCCLUSION: u32 = 1u;
+const SHADE_LIGHT: u32 = 2u;
+const SHADE_JITTER: u32 = 4u;
+
+struct Carver {
+    // Volume space (mm) → clip map space, as three rows.
+    clip_from_local: array<vec4<f32>, 3>,
+    // Clip map space → dilation map: xy * zw + xy of this.
+    dilation_offset: vec2<f32>,
+    dilation_scale: vec2<f32>,
+    // Layers 2 * slot and 2 * slot + 1 of the depth maps, layer slot of the dilation maps.
+    slot: u32,
+    // OPERATION_SUBTRACT or OPERATION_INTERSECT.
+    operation: u32,
+    padding: vec2<u32>,
+}
+
+const OPERATION_SUBTRACT: u32 = 0u;
+const OPERATION_INTERSECT: u32 = 1u;
+const MAX_CARVERS: u32 = 128u;
+
+@group(#{VOLUME_BIND_GROUP}) @binding(0) var<uniform> volume: VolumeUniform;
+@group(#{VOLUME_BIND_GROUP}) @binding(1) var<uniform> carvers: array<Carver, MAX_CARVERS>;
+@group(#{VOLUME_BIND_GROUP}) @binding(2) var intensities: texture_3d<f32>;
+@group(#{VOLUME_BIND_GROUP}) @binding(3) var lookup_table: texture_2d<f32>;
+@group(#{VOLUME_BIND_GROUP}) @binding(4) var depth_maps: texture_depth_2d_array;
+@group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
+@group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
+
+// Colour (linear RGB) and opacity per unit distance of an intensity as a texture gives it.
+fn classify_intensity(intensity: f32) -> vec4<f32> {
+    let last = f32(textureDimensions(lookup_table).x - 1u);
+    let entry = clamp(intensity * volume.table_scale + volume.table_offset, 0.0, last);
+    let below = min(floor(entry), last - 1.0);
+    let a = textureLoad(lookup_table, vec2(u32(below), 0u), 0);
+    let b = textureLoad(lookup_table, vec2(u32(below) + 1u, 0u), 0);
+    return mix(a, b, entry - below);
+}
+
+// Opacity per unit distance → opacity of a step; `exponent` is their ratio of lengths.
+fn correct_opacity(opacity: f32, exponent: f32) -> f32 {
+    return select(1.0 - pow(1.0 - opacity, exponent), opacity, exponent == 1.0);
+}

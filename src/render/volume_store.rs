@@ -1,0 +1,291 @@
+//! What each volume keeps on the device from frame to frame.
+
+use bevy::{
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{
+            Extent3d, StorageBuffer, Texture, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureUsages, TextureView, UniformBuffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+        sync_world::MainEntity,
+    },
+};
+
+use super::{
+    clip_maps::{ClipMaps, usage_of},
+    extract::{ExtractedScene, ExtractedVolume},
+    formats::{Formats, volume_texture},
+    gpu_volume::GpuVolume,
+    volume_uniform::{CarverTable, OcclusionPassUniform, VolumeUniform},
+};
+use crate::{
+    diagnostics::GpuUsage,
+    occlusion::AmbientOcclusion,
+    volume::{LookupTable, Volume},
+};
+
+/// The resources of every volume in the scene, by the main world's entity.
+///
+/// It lives in the render world. Its textures may be read there, after a frame.
+#[derive(Resource, Default)]
+pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
+
+/// A texture of one value in [0, 1] per voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumeTexture {
+    /// Opacity after clipping, of one occlusion step.
+    Opacities,
+    /// Occlusion of the unclipped volume, 1 where unoccluded.
+    UnclippedOcclusion,
+    /// Occlusion as drawn, 1 where unoccluded.
+    Occlusion,
+}
+
+/// A texture with the view of all of it.
+pub(crate) struct TextureAndView {
+    pub texture: Texture,
+    pub view: TextureView,
+}
+
+impl TextureAndView {
+    fn new(device: &RenderDevice, descriptor: &TextureDescriptor) -> Self {
+        let texture = device.create_texture(descriptor);
+        Self {
+            view: texture.create_view(&default()),
+            texture,
+        }
+    }
+}
+
+/// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
+pub(crate) struct VolumeResources {
+    identity: VolumeIdentity,
+    /// [V]
+    pub intensities: TextureView,
+    intensity_texture: Texture,
+    pub largest_stored: f64,
+    pub lookup_table: TextureAndView,
+    /// Opacity after clipping [V_o].
+    pub opacities: TextureAndView,
+    /// Category of every voxel [V_m].
+    pub categories: TextureAndView,
+    /// Occlusion of the unclipped volume [V_PAO].
+    pub unclipped_occlusion: TextureAndView,
+    /// Occlusion as drawn [V_AO].
+    pub occlusion: TextureAndView,
+    pub uniform: UniformBuffer<VolumeUniform>,
+    pub carvers: UniformBuffer<CarverTable>,
+    /// Classifies the unclipped volume.
+    pub unclipped_pass: UniformBuffer<OcclusionPassUniform>,
+    /// Casts a portion of it.
+    pub precompute_pass: UniformBuffer<OcclusionPassUniform>,
+    /// Classifies and casts the clipped volume.
+    pub carve_pass: UniformBuffer<OcclusionPassUniform>,
+    pub rays: StorageBuffer<Vec<Vec4>>,
+    pub state: OcclusionState,
+}
+
+/// Tells one content of a volume's textures from another.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct VolumeIdentity {
+    asset: AssetId<Volume>,
+    revision: u32,
+}
+
+impl VolumeIdentity {
+    fn of(volume: &ExtractedVolume) -> Self {
+        Self {
+            asset: volume.asset,
+            revision: volume.table.volume_revision,
+        }
+    }
+}
+
+/// How far the occlusion of a volume has come, and what its textures hold.
+#[derive(Default)]
+pub(crate) struct OcclusionState {
+    /// Table on the device.
+    pub table_revision: Option<u32>,
+    /// What the rays on the device were made for.
+    pub rays_for: Option<AmbientOcclusion>,
+    /// What the unclipped occlusion is, or is becoming, the occlusion of.
+    pub unclipped_for: Option<UnclippedKey>,
+    /// Bricks of the unclipped occlusion that are done.
+    pub bricks_done: u32,
+    /// What the opacities hold.
+    pub opacities_for: Option<OpacityKey>,
+    /// What the drawn occlusion holds; `None` before the first is complete.
+    pub occlusion_for: Option<(UnclippedKey, OpacityKey)>,
+}
+
+/// What the unclipped occlusion depends on, besides the volume itself.
+#[derive(Clone, PartialEq)]
+pub(crate) struct UnclippedKey {
+    pub table_revision: u32,
+    pub occlusion: AmbientOcclusion,
+}
+
+/// What opacities depend on.
+#[derive(Clone, PartialEq)]
+pub(crate) enum OpacityKey {
+    Unclipped(UnclippedKey),
+    Clipped {
+        unclipped: UnclippedKey,
+        carvers: CarverTable,
+        carver_count: u32,
+        /// Counts redrawn depth and dilation maps.
+        maps_revision: u64,
+    },
+}
+
+impl VolumeStore {
+    /// A texture of the volume on an entity of the main world: one channel counts, of format
+    /// `R8Unorm` or, where the device cannot write that, `Rgba8Unorm`. `None` while there is no such volume.
+    pub fn texture(&self, volume: Entity, texture: VolumeTexture) -> Option<&Texture> {
+        let resources = self.0.get(&MainEntity::from(volume))?;
+        Some(match texture {
+            VolumeTexture::Opacities => &resources.opacities.texture,
+            VolumeTexture::UnclippedOcclusion => &resources.unclipped_occlusion.texture,
+            VolumeTexture::Occlusion => &resources.occlusion.texture,
+        })
+    }
+
+    /// Makes what volumes that came, or changed their data, need; frees what the others had.
+    pub(super) fn update(
+        &mut self,
+        scene: &ExtractedScene,
+        volumes: &RenderAssets<GpuVolume>,
+        formats: &Formats,
+        device: &RenderDevice,
+    ) {
+        let alive: HashSet<_> = scene.volumes.iter().map(|volume| volume.entity).collect();
+        self.0.retain(|entity, _| alive.contains(entity));
+        for volume in &scene.volumes {
+            let identity = VolumeIdentity::of(volume);
+            if self
+                .0
+                .get(&volume.entity)
+                .is_some_and(|resources| resources.identity == identity)
+            {
+                continue;
+            }
+            self.0.remove(&volume.entity);
+            let gpu_volume = volumes.get(volume.asset);
+            if let Some(gpu_volume) = gpu_volume.filter(|gpu| gpu.dimensions() == volume.geometry.dimensions)
+            {
+                let resources = VolumeResources::new(identity, volume, gpu_volume, formats, device);
+                self.0.insert(volume.entity, resources);
+            }
+        }
+    }
+
+    /// What the volumes take on the device.
+    pub(super) fn usage(&self) -> GpuUsage {
+        self.0.values().fold(default(), |sum: GpuUsage, volume| {
+            let usage = volume.usage();
+            GpuUsage {
+                textures: sum.textures + usage.textures,
+                bytes: sum.bytes + usage.bytes,
+            }
+        })
+    }
+}
+
+impl VolumeResources {
+    fn new(
+        identity: VolumeIdentity,
+        volume: &ExtractedVolume,
+        gpu_volume: &GpuVolume,
+        formats: &Formats,
+        device: &RenderDevice,
+    ) -> Self {
+        let scalar = |label| {
+            let usage = TextureUsages::STORAGE_BINDING;
+            let descriptor = volume_texture(label, volume.geometry.dimensions, formats.scalar, usage);
+            TextureAndView::new(device, &descriptor)
+        };
+        Self {
+            identity,
+            intensities: gpu_volume.view.clone(),
+            intensity_texture: gpu_volume.texture.clone(),
+            largest_stored: gpu_volume.largest_stored,
+            lookup_table: TextureAndView::new(
+                device,
+                &TextureDescriptor {
+                    label: Some("contextual_ao_lookup_table"),
+                    size: Extent3d {
+                        width: LookupTable::ENTRIES as u32,
+                        ..default()
+                    },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: TextureDimension::D2,
+                    format: TextureFormat::Rgba32Float,
+                    usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+                    view_formats: &[],
+                },
+            ),
+            opacities: scalar("contextual_ao_opacities"),
+            categories: scalar("contextual_ao_categories"),
+            unclipped_occlusion: scalar("contextual_ao_unclipped_occlusion"),
+            occlusion: scalar("contextual_ao_occlusion"),
+            uniform: default(),
+            carvers: default(),
+            unclipped_pass: default(),
+            precompute_pass: default(),
+            carve_pass: default(),
+            rays: default(),
+            state: default(),
+        }
+    }
+
+    /// Uploads the lookup table and the rays where they changed.
+    pub fn upload(&mut self, volume: &ExtractedVolume, device: &RenderDevice, queue: &RenderQueue) {
+        if self.state.table_revision != Some(volume.table.revision) {
+            self.state.table_revision = Some(volume.table.revision);
+            let texture = &self.lookup_table.texture;
+            queue.write_texture(
+                texture.as_image_copy(),
+                bytemuck::cast_slice(&volume.table.entries),
+                bevy::render::render_resource::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(16 * texture.width()),
+                    rows_per_image: None,
+                },
+                texture.size(),
+            );
+        }
+        if self.state.rays_for.as_ref() != Some(&volume.occlusion) {
+            self.state.rays_for = Some(volume.occlusion.clone());
+            self.rays.set(super::volume_uniform::ray_table(volume));
+            self.rays.write_buffer(device, queue);
+        }
+    }
+
+    fn usage(&self) -> GpuUsage {
+        usage_of([
+            &self.intensity_texture,
+            &self.lookup_table.texture,
+            &self.opacities.texture,
+            &self.categories.texture,
+            &self.unclipped_occlusion.texture,
+            &self.occlusion.texture,
+        ])
+    }
+}
+
+/// Allocates and frees, before materials bind what there is.
+pub(crate) fn prepare_resources(
+    scene: Res<ExtractedScene>,
+    gpu_volumes: Res<RenderAssets<GpuVolume>>,
+    formats: Res<Formats>,
+    device: Res<RenderDevice>,
+    mut volumes: ResMut<VolumeStore>,
+    mut clip_maps: ResMut<ClipMaps>,
+) {
+    clip_maps.update(&scene, &device);
+    volumes.update(&scene, &gpu_volumes, &formats, &device);
+}

@@ -1,0 +1,166 @@
+//! The data that the shaders read of a volume and its carvers (`volume_bindings.wgsl`).
+
+use bevy::{
+    math::{DMat4, DVec3},
+    prelude::*,
+    render::render_resource::ShaderType,
+};
+
+use super::extract::{ExtractedCarver, ExtractedVolume};
+use crate::{
+    clip::{ClipOperation, DilationFrame, MAX_CARVERS},
+    volume::LookupTable,
+};
+
+/// One volume, as `VolumeUniform` in WGSL.
+#[derive(Clone, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct VolumeUniform {
+    texture_from_local: Mat4,
+    local_from_voxel: Mat4,
+    local_from_world: Mat4,
+    dimensions: UVec3,
+    carver_count: u32,
+    table_scale: f32,
+    table_offset: f32,
+    occlusion_exponent: f32,
+    draw_exponent: f32,
+    draw_step_mm: f32,
+    shading: u32,
+    depth_map_size: f32,
+    dilation_map_size: f32,
+}
+
+const SHADE_OCCLUSION: u32 = 1;
+const SHADE_LIGHT: u32 = 2;
+const SHADE_JITTER: u32 = 4;
+
+impl VolumeUniform {
+    /// `largest_stored` is the stored intensity that the texture gives as 1; without occlusion
+    /// samples are drawn unshaded; the sizes are those of the depth and the dilation maps.
+    pub fn new(
+        volume: &ExtractedVolume,
+        largest_stored: f64,
+        has_occlusion: bool,
+        carver_count: u32,
+        [depth_map_size, dilation_map_size]: [u32; 2],
+    ) -> Self {
+        let geometry = &volume.geometry;
+        let texture_from_voxel = geometry.texture_from_voxel();
+        let [lo, hi] = volume.table.stored_range;
+        let entries_per_stored = if hi > lo {
+            (LookupTable::ENTRIES - 1) as f64 / (hi - lo)
+        } else {
+            0.0
+        };
+        let unit = volume.table.opacity_unit_distance_mm as f64;
+        let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
+        let mode = volume.shading.mode;
+        let flag = |on: bool, bit| if on { bit } else { 0 };
+        Self {
+            texture_from_local: DMat4::from(texture_from_voxel * geometry.local_from_voxel.inverse())
+                .as_mat4(),
+            local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
+            local_from_world: Mat4::from(volume.world_from_local.inverse()),
+            dimensions: geometry.dimensions,
+            carver_count,
+            table_scale: (largest_stored * entries_per_stored) as f32,
+            table_offset: (-lo * entries_per_stored) as f32,
+            occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
+            draw_exponent: (draw_step / unit) as f32,
+            draw_step_mm: draw_step as f32,
+            shading: flag(mode.uses_occlusion() && has_occlusion, SHADE_OCCLUSION)
+                | flag(mode.uses_light(), SHADE_LIGHT)
+                | flag(volume.shading.jitter, SHADE_JITTER),
+            depth_map_size: depth_map_size as f32,
+            dilation_map_size: dilation_map_size as f32,
+        }
+    }
+}
+
+/// One carver as one volume sees it, as `Carver` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct CarverUniform {
+    clip_from_local: [Vec4; 3],
+    dilation_offset: Vec2,
+    dilation_scale: Vec2,
+    slot: u32,
+    operation: u32,
+    padding: UVec2,
+}
+
+/// The carvers of one volume, as `carvers` in WGSL.
+#[derive(Clone, Debug, PartialEq, ShaderType)]
+pub(crate) struct CarverTable {
+    pub carvers: [CarverUniform; MAX_CARVERS],
+}
+
+impl Default for CarverTable {
+    fn default() -> Self {
+        Self {
+            carvers: [default(); MAX_CARVERS],
+        }
+    }
+}
+
+impl CarverUniform {
+    pub fn new(
+        carver: &ExtractedCarver,
+        volume: &ExtractedVolume,
+        dilation: DilationFrame,
+        slot: u32,
+    ) -> Self {
+        let local_from_volume = carver.world_from_local.inverse() * volume.world_from_local;
+        let clip = carver.frame.clip_from_local() * local_from_volume;
+        let matrix = clip.matrix3.transpose();
+        let row = |row: Vec3A, offset: f32| Vec3::from(row).extend(offset);
+        let scale = dilation.size.recip();
+        Self {
+            clip_from_local: [
+                row(matrix.x_axis, clip.translation.x),
+                row(matrix.y_axis, clip.translation.y),
+                row(matrix.z_axis, clip.translation.z),
+            ],
+            dilation_offset: -dilation.min * scale,
+            dilation_scale: scale,
+            slot,
+            operation: match carver.clip_mesh.operation {
+                ClipOperation::Subtract => 0,
+                ClipOperation::Intersect => 1,
+            },
+            padding: UVec2::ZERO,
+        }
+    }
+}
+
+/// One pass over the voxels of a volume, as `OcclusionPass` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct OcclusionPassUniform {
+    pub first_brick: u32,
+    pub end_brick: u32,
+    pub is_clipped: u32,
+    pub casts_all: u32,
+    pub rays: u32,
+    pub steps: u32,
+}
+
+/// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
+/// the first sample and the weight, then the step between samples.
+pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
+    let geometry = &volume.geometry;
+    let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
+    let start = crate::occlusion::AmbientOcclusion::start_mm(geometry.spacing_mm);
+    let step = volume.occlusion.step_mm.max(0.0) as f64;
+    let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
+    volume
+        .occlusion
+        .pattern
+        .directions()
+        .into_iter()
+        .flat_map(|ray| {
+            [
+                to_texture(ray.direction * start).extend(ray.weight as f32),
+                to_texture(ray.direction * step).extend(0.0),
+            ]
+        })
+        .collect()
+}

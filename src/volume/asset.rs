@@ -1,0 +1,241 @@
+//! The volume itself: a grid of stored intensities with its place in the patient.
+
+use std::fmt;
+
+use bevy::math::{DAffine3, UVec3, Vec3};
+
+use super::VolumeError;
+
+/// Stored voxel values, x fastest, then y, then z.
+#[derive(Clone, PartialEq, Eq)]
+pub enum Intensities {
+    /// Eight bits per voxel.
+    U8(Vec<u8>),
+    /// Sixteen bits per voxel.
+    U16(Vec<u16>),
+}
+
+impl Intensities {
+    /// Number of voxels.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::U8(values) => values.len(),
+            Self::U16(values) => values.len(),
+        }
+    }
+
+    /// Whether there are no voxels.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The stored value of voxel `index`, or `None` past the end.
+    pub fn get(&self, index: usize) -> Option<u16> {
+        match self {
+            Self::U8(values) => values.get(index).map(|&value| value.into()),
+            Self::U16(values) => values.get(index).copied(),
+        }
+    }
+
+    /// Smallest and largest stored value; `[0, 0]` where there are no voxels.
+    fn range(&self) -> [u16; 2] {
+        fn of<T: Copy + Ord + Into<u16>>(values: &[T]) -> [u16; 2] {
+            let low = values.iter().copied().min().map_or(0, Into::into);
+            let high = values.iter().copied().max().map_or(0, Into::into);
+            [low, high]
+        }
+        match self {
+            Self::U8(values) => of(values),
+            Self::U16(values) => of(values),
+        }
+    }
+}
+
+impl fmt::Debug for Intensities {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self {
+            Self::U8(_) => "U8",
+            Self::U16(_) => "U16",
+        };
+        write!(f, "{name}([{} voxels])", self.len())
+    }
+}
+
+/// How a stored value becomes one in the file's units (Hounsfield units, say):
+/// `slope * stored + intercept`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rescale {
+    /// File units per stored step; finite, not zero, may be negative.
+    pub slope: f64,
+    /// File units at stored value zero; finite.
+    pub intercept: f64,
+}
+
+impl Default for Rescale {
+    /// Stored values are file units.
+    fn default() -> Self {
+        Self {
+            slope: 1.0,
+            intercept: 0.0,
+        }
+    }
+}
+
+/// A scalar volume: a grid of intensities and its place in the patient.
+#[derive(Clone, Debug, PartialEq, bevy::asset::Asset, bevy::reflect::TypePath)]
+pub struct Volume {
+    dimensions: UVec3,
+    grid_to_patient: DAffine3,
+    spacing_mm: Vec3,
+    intensities: Intensities,
+    stored_range: [u16; 2],
+    rescale: Rescale,
+}
+
+impl Volume {
+    /// Makes a volume of `dimensions` voxels from `intensities` (x fastest).
+    ///
+    /// `grid_to_patient` takes a voxel index (i, j, k), whole at voxel centres, to millimetres in
+    /// the patient, RAS+ (x to the right, y to the front, z up). It may be oblique, mirrored or sheared.
+    ///
+    /// # Errors
+    ///
+    /// [`VolumeError::Dimensions`] where a dimension is zero or their product is not the number of
+    /// intensities; [`VolumeError::Field`] where `grid_to_patient` is not finite or not invertible,
+    /// or where `rescale` is not finite or its slope is zero.
+    pub fn new(
+        dimensions: UVec3,
+        grid_to_patient: DAffine3,
+        intensities: Intensities,
+        rescale: Rescale,
+    ) -> Result<Self, VolumeError> {
+        let sizes = dimensions.to_array().map(u64::from);
+        let voxels = sizes.iter().try_fold(1u64, |a, &b| a.checked_mul(b));
+        let dimension_error = |reason: String| VolumeError::Dimensions {
+            sizes: sizes.to_vec(),
+            reason,
+        };
+        if voxels == Some(0) {
+            return Err(dimension_error("a dimension is zero".into()));
+        }
+        if voxels != u64::try_from(intensities.len()).ok() {
+            let found = intensities.len();
+            return Err(dimension_error(format!("but there are {found} voxels")));
+        }
+        let spacing_mm = check_grid_to_patient(&grid_to_patient)?;
+        check_rescale(rescale)?;
+        Ok(Self {
+            dimensions,
+            grid_to_patient,
+            spacing_mm,
+            stored_range: intensities.range(),
+            intensities,
+            rescale,
+        })
+    }
+
+    /// Voxels along x, y and z; none is zero.
+    pub fn dimensions(&self) -> UVec3 {
+        self.dimensions
+    }
+
+    /// Number of voxels.
+    pub fn voxel_count(&self) -> u64 {
+        self.dimensions.to_array().into_iter().map(u64::from).product()
+    }
+
+    /// Distance between neighbouring voxel centres along each axis, in millimetres; finite and positive.
+    pub fn spacing_mm(&self) -> Vec3 {
+        self.spacing_mm
+    }
+
+    /// From voxel indices (whole at voxel centres) to patient millimetres, RAS+.
+    pub fn grid_to_patient(&self) -> DAffine3 {
+        self.grid_to_patient
+    }
+
+    /// The stored values, x fastest.
+    pub fn intensities(&self) -> &Intensities {
+        &self.intensities
+    }
+
+    /// How stored values become file units.
+    pub fn rescale(&self) -> Rescale {
+        self.rescale
+    }
+
+    /// Smallest and largest stored value.
+    pub fn stored_range(&self) -> [u16; 2] {
+        self.stored_range
+    }
+
+    /// Smallest and largest value in file units, in this order also where the slope is negative.
+    pub fn range(&self) -> [f64; 2] {
+        let [a, b] = self.stored_range.map(|stored| self.to_file_units(stored.into()));
+        [a.min(b), a.max(b)]
+    }
+
+    /// The value of voxel `index` in file units, or `None` outside the grid.
+    pub fn value_at(&self, index: UVec3) -> Option<f64> {
+        if index.cmpge(self.dimensions).any() {
+            return None;
+        }
+        let [x, y, z] = index.to_array().map(u64::from);
+        let [width, height, _] = self.dimensions.to_array().map(u64::from);
+        let at = usize::try_from((z * height + y) * width + x).ok()?;
+        let stored = self.intensities.get(at)?;
+        Some(self.to_file_units(stored.into()))
+    }
+
+    /// A stored value, or one between two, in file units.
+    pub fn to_file_units(&self, stored: f64) -> f64 {
+        self.rescale.slope * stored + self.rescale.intercept
+    }
+
+    /// A value in file units as stored value: not rounded and not limited to what can be stored.
+    pub fn to_stored(&self, file_units: f64) -> f64 {
+        (file_units - self.rescale.intercept) / self.rescale.slope
+    }
+}
+
+/// The spacing of a usable grid, in millimetres, or what is wrong with its transform.
+pub(crate) fn check_grid_to_patient(grid_to_patient: &DAffine3) -> Result<Vec3, VolumeError> {
+    let error = |reason: &str| {
+        let columns = grid_to_patient.to_cols_array_2d();
+        VolumeError::field("grid to patient transform", format!("{columns:?}"), reason)
+    };
+    if !grid_to_patient.is_finite() {
+        return Err(error("not finite"));
+    }
+    let matrix = grid_to_patient.matrix3;
+    let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length());
+    let spacing = Vec3::from_array(lengths.map(|length| length as f32));
+    // A tiny but normal spacing is fine; one that vanishes in f32 is not.
+    if !spacing.is_finite() || spacing.cmplt(Vec3::splat(f32::MIN_POSITIVE)).any() {
+        return Err(error("a spacing is not finite and positive"));
+    }
+    let [x, y, z] = lengths;
+    // The volume spanned by the axes' directions: 1 if they are at right angles, 0 if in one plane.
+    let spanned = (matrix.x_axis / x).dot((matrix.y_axis / y).cross(matrix.z_axis / z));
+    if spanned.is_nan() || spanned.abs() < 1e-6 {
+        return Err(error("its axes lie in one plane"));
+    }
+    Ok(spacing)
+}
+
+/// Whether a rescale can be used both ways.
+pub(crate) fn check_rescale(rescale: Rescale) -> Result<(), VolumeError> {
+    let Rescale { slope, intercept } = rescale;
+    if !slope.is_finite() || slope == 0.0 {
+        return Err(VolumeError::field("slope", slope, "must be finite and not zero"));
+    }
+    // With the largest stored value, so that every voxel's value is finite.
+    if !intercept.is_finite() || !(slope * f64::from(u16::MAX) + intercept).is_finite() {
+        return Err(VolumeError::field(
+            "intercept",
+            intercept,
+            "all values must be finite",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! The components that put a volume into a scene, and the events about it.
+
+use bevy::{
+    asset::{AssetLoadFailedEvent, LoadState},
+    prelude::*,
+};
+
+use super::{TransferFunction, Volume};
+use crate::occlusion::{AmbientOcclusion, VolumeShading};
+
+/// World units per millimetre of a volume's default scale: 1 world unit is 1 m.
+pub const WORLD_UNITS_PER_MM: f32 = 0.001;
+
+/// Shows a [`Volume`] on this entity.
+///
+/// The entity's local space is in millimetres around the volume's centre: x to the patient's left,
+/// y up (superior), z to the front (anterior), so that a patient faces a camera that looks along
+/// -z. The default [`Transform`] therefore scales by [`WORLD_UNITS_PER_MM`]; who sets another
+/// transform keeps that scale, or starts from [`VolumeBundle::with_transform`].
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[require(
+    VolumeTransferFunction,
+    AmbientOcclusion,
+    VolumeShading,
+    OcclusionProgress,
+    Transform = Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
+    Visibility,
+)]
+pub struct Volume3d(pub Handle<Volume>);
+
+/// The transfer function of a [`Volume3d`]. The default handle stands for
+/// [`TransferFunction::for_volume`], made when the volume has loaded.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
+
+/// How much of the unclipped occlusion of a [`Volume3d`] has been computed: 0 to 1.
+///
+/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct OcclusionProgress(pub f32);
+
+/// Everything a volume needs, with defaults for all but the file.
+#[derive(Bundle, Clone, Debug)]
+pub struct VolumeBundle {
+    /// The volume.
+    pub volume: Volume3d,
+    /// Its transfer function.
+    pub transfer_function: VolumeTransferFunction,
+    /// How its occlusion is computed.
+    pub occlusion: AmbientOcclusion,
+    /// How it is drawn.
+    pub shading: VolumeShading,
+    /// Volume space (mm) to world.
+    pub transform: Transform,
+}
+
+impl VolumeBundle {
+    /// A volume with default settings, in the world's origin, at 1 world unit per metre.
+    pub fn new(volume: Handle<Volume>) -> Self {
+        Self {
+            volume: Volume3d(volume),
+            transfer_function: default(),
+            occlusion: default(),
+            shading: default(),
+            transform: Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
+        }
+    }
+
+    /// Sets the transfer function.
+    pub fn with_transfer_function(mut self, transfer_function: Handle<TransferFunction>) -> Self {
+        self.transfer_function = VolumeTransferFunction(transfer_function);
+        self
+    }
+
+    /// Places the volume. The scale comes on top of [`WORLD_UNITS_PER_MM`].
+    pub fn with_transform(mut self, transform: Transform) -> Self {
+        self.transform = transform.with_scale(transform.scale * WORLD_UNITS_PER_MM);
+        self
+    }
+}
+
+/// Triggered on a [`Volume3d`] entity when its file has been read.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeLoaded {
+    /// The volume's entity.
+    pub entity: Entity,
+}
+
+/// Triggered on a [`Volume3d`] entity when its volume or transfer function cannot be shown.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeFailed {
+    /// The volume's entity.
+    pub entity: Entity,
+    /// What went wrong: names the file and the cause.
+    pub error: String,
+}
+
+/// Triggered on a [`Volume3d`] entity when its unclipped occlusion is complete.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeOccluded {
+    /// The volume's entity.
+    pub entity: Entity,
+}
+
+/// Tells the entities of a volume that it has been read, or why not.
+pub(super) fn report_loading(
+    mut commands: Commands,
+    mut loaded: MessageReader<AssetEvent<Volume>>,
+    mut failed: MessageReader<AssetLoadFailedEvent<Volume>>,
+    mut failed_functions: MessageReader<AssetLoadFailedEvent<TransferFunction>>,
+    asset_server: Res<AssetServer>,
+    volumes: Query<(Entity, Ref<Volume3d>, &VolumeTransferFunction)>,
+) {
+    let loaded: Vec<_> = loaded
+        .read()
+        .filter_map(|event| match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
+            _ => None,
+        })
+        .collect();
+    let failed: Vec<_> = failed.read().collect();
+    let failed_functions: Vec<_> = failed_functions.read().collect();
+    for (entity, volume, transfer_function) in &volumes {
+        // A handle to a file that was read, or failed, before the entity came.
+        let state = volume
+            .is_changed()
+            .then(|| asset_server.get_load_state(&volume.0))
+            .flatten();
+        if loaded.contains(&volume.id()) || matches!(state, Some(LoadState::Loaded)) {
+            commands.trigger(VolumeLoaded { entity });
+        }
+        let error = failed
+            .iter()
+            .find(|event| event.id == volume.id())
+            .map(|event| format!("{}: {}", event.path, event.error))
+            .or_else(|| match &state {
+                Some(LoadState::Failed(error)) => Some(error.to_string()),
+                _ => None,
+            })
+            .or_else(|| {
+                failed_functions
+                    .iter()
+                    .find(|event| event.id == transfer_function.id())
+                    .map(|event| format!("{}: {}", event.path, event.error))
+            });
+        if let Some(error) = error {
+            commands.trigger(VolumeFailed { entity, error });
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Where the voxels of a volume are: the frames that rendering uses.
+
+use bevy::math::{DAffine3, DMat3, DVec3, UVec3};
+
+use super::Volume;
+
+/// The grid of a [`Volume`] in *volume space*: millimetres around the volume's centre, x to the
+/// patient's left, y up (superior), z to the front (anterior), so that a patient stands upright in
+/// Bevy's axes and looks along +z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeGeometry {
+    /// Number of voxels along each axis of the grid.
+    pub dimensions: UVec3,
+    /// Distance between voxel centres along each axis of the grid, mm.
+    pub spacing_mm: DVec3,
+    /// Voxel index, at voxel centres → volume space (mm).
+    pub local_from_voxel: DAffine3,
+}
+
+/// Patient space (RAS+) → volume space: a rotation.
+const LOCAL_FROM_PATIENT: DMat3 = DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y);
+
+impl VolumeGeometry {
+    /// The geometry of a volume.
+    pub fn of(volume: &Volume) -> Self {
+        let grid = volume.grid_to_patient().matrix3;
+        let linear = LOCAL_FROM_PATIENT * grid;
+        let dimensions = volume.dimensions();
+        let center = (dimensions.as_dvec3() - 1.0) * 0.5;
+        Self {
+            dimensions,
+            spacing_mm: DVec3::new(grid.x_axis.length(), grid.y_axis.length(), grid.z_axis.length()),
+            local_from_voxel: DAffine3::from_mat3_translation(linear, -(linear * center)),
+        }
+    }
+
+    /// Voxel index, at voxel centres → texture coordinates in [0, 1].
+    pub fn texture_from_voxel(&self) -> DAffine3 {
+        let scale = self.dimensions.as_dvec3().recip();
+        DAffine3::from_mat3_translation(DMat3::from_diagonal(scale), 0.5 * scale)
+    }
+
+    /// The 8 corners of the box that the voxels fill, volume space (mm): corner `k` is at the far
+    /// end of grid axis `a` where bit `a` of `k` is set.
+    pub fn corners(&self) -> [DVec3; 8] {
+        core::array::from_fn(|k| {
+            let far = DVec3::from_array([0, 1, 2].map(|axis| ((k >> axis) & 1) as f64));
+            self.local_from_voxel
+                .transform_point3(far * self.dimensions.as_dvec3() - 0.5)
+        })
+    }
+}

@@ -1,0 +1,195 @@
+//! What every format's header is reduced to, and the checks that they share.
+
+use bevy::math::{DAffine3, DVec3, UVec3};
+
+use crate::volume::asset::{Rescale, check_grid_to_patient, check_rescale};
+use crate::volume::error::VolumeError;
+
+/// Voxels that a volume may have along one axis.
+pub(crate) const MAX_AXIS: u64 = 65_535;
+/// Voxels that a volume may have in all.
+pub(crate) const MAX_VOXELS: u64 = 1 << 33;
+
+/// The number type of voxels in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ScalarType {
+    U8,
+    I8,
+    U16,
+    I16,
+    U32,
+    I32,
+    U64,
+    I64,
+    F32,
+    F64,
+}
+
+impl ScalarType {
+    /// Bytes per voxel.
+    pub(crate) fn bytes(self) -> u64 {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+        }
+    }
+}
+
+/// How the voxels are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    /// As they are.
+    Raw,
+    /// As they are, unless the data begin as gzip does: NIfTI says it in the file's name only.
+    RawOrGzip,
+    /// Gzip, in one or several members.
+    Gzip,
+    /// A zlib stream, or gzip where the data begin so: MetaImage readers accept both.
+    Zlib,
+    /// Numbers as text, separated by white space or commas.
+    Ascii,
+}
+
+/// Which file the voxels are in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum DataLocation {
+    /// The header's own, from byte `offset` of it as it lies on disk.
+    Attached { offset: usize },
+    /// Another, named relative to the header's folder; see [`check_data_file_name`].
+    Detached { file: String },
+    /// The one that differs from the header's in its ending: `.img` or `.img.gz`.
+    NiftiPair,
+}
+
+/// Bytes before the first voxel, after decompression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ByteSkip {
+    /// This many are skipped.
+    FromStart(u64),
+    /// All but as many as the voxels take (NRRD's and MetaImage's -1).
+    FromEnd,
+}
+
+/// A grid as a file's header describes it, checked: decoding it can fail on the data only.
+#[derive(Clone, Debug)]
+pub(crate) struct GridHeader {
+    /// Voxels along x, y and z.
+    pub(crate) dimensions: UVec3,
+    /// The voxels' type.
+    pub(crate) scalar: ScalarType,
+    /// Whether their most significant byte comes first.
+    pub(crate) big_endian: bool,
+    /// How they are written.
+    pub(crate) encoding: Encoding,
+    /// From voxel index to patient millimetres, RAS+.
+    pub(crate) grid_to_patient: DAffine3,
+    /// From the file's numbers to its units.
+    pub(crate) rescale: Rescale,
+    /// Where they are.
+    pub(crate) data: DataLocation,
+    /// Lines to skip first, before decompression.
+    pub(crate) line_skip: u64,
+    /// Bytes to skip then, after decompression.
+    pub(crate) byte_skip: ByteSkip,
+}
+
+impl GridHeader {
+    /// Checks what [`Volume::new`](crate::volume::Volume::new) would refuse only after the data were decoded.
+    pub(crate) fn checked(self) -> Result<Self, VolumeError> {
+        check_grid_to_patient(&self.grid_to_patient)?;
+        check_rescale(self.rescale)?;
+        if let DataLocation::Detached { file } = &self.data {
+            check_data_file_name(file)?;
+        }
+        Ok(self)
+    }
+
+    /// Bytes that the voxels take, decompressed. At most 2^36.
+    pub(crate) fn data_bytes(&self) -> u64 {
+        let voxels: u64 = self.dimensions.to_array().into_iter().map(u64::from).product();
+        voxels * self.scalar.bytes()
+    }
+}
+
+/// The grid's size, if there are three axes of sensible length.
+pub(crate) fn checked_dimensions(sizes: &[u64]) -> Result<UVec3, VolumeError> {
+    let error = |reason: String| VolumeError::Dimensions {
+        sizes: sizes.to_vec(),
+        reason,
+    };
+    let &[x, y, z] = sizes else {
+        return Err(error("three are needed".into()));
+    };
+    let axis = |size: u64| match u32::try_from(size) {
+        Ok(0) => Err(error("a dimension is zero".into())),
+        Ok(fits) if size <= MAX_AXIS => Ok(fits),
+        _ => Err(error(format!(
+            "at most {MAX_AXIS} voxels along an axis can be read"
+        ))),
+    };
+    let dimensions = UVec3::new(axis(x)?, axis(y)?, axis(z)?);
+    // Three factors below 2^16 cannot overflow.
+    if x * y * z > MAX_VOXELS {
+        return Err(error(format!("at most {MAX_VOXELS} voxels can be read")));
+    }
+    Ok(dimensions)
+}
+
+/// Whether a data file's name stays in the header's folder or below it.
+///
+/// A header comes from anywhere; it must not make a program read other files of its user.
+pub(crate) fn check_data_file_name(file: &str) -> Result<(), VolumeError> {
+    let error = |reason| Err(VolumeError::field("data file", file, reason));
+    // Both kinds of separator count: the header may come from, or be read on, either system.
+    let is_separator = |c| c == '/' || c == '\\';
+    if file.is_empty() || file.ends_with(is_separator) {
+        return error("names no file");
+    }
+    if file.contains('\0') {
+        return error("contains a zero byte");
+    }
+    // `C:\file`, `C:file` and `source://file` all leave the folder.
+    if file.starts_with(is_separator) || file.as_bytes().get(1) == Some(&b':') || file.contains("://") {
+        return error("must be relative to the header");
+    }
+    if file.split(is_separator).any(|part| part == "..") {
+        return error("must not leave the header's folder");
+    }
+    Ok(())
+}
+
+/// A transform in a format's patient axes, turned to RAS+ by flipping x, y or both.
+pub(crate) fn to_ras(grid_to_patient: DAffine3, flip_x: bool, flip_y: bool) -> DAffine3 {
+    let sign = |flip| if flip { -1.0 } else { 1.0 };
+    DAffine3::from_scale(DVec3::new(sign(flip_x), sign(flip_y), 1.0)) * grid_to_patient
+}
+
+/// The next line of `bytes` from `at` on, without its ending, and where the line after it begins.
+/// `None` at the end of the bytes.
+pub(crate) fn next_line(bytes: &[u8], at: usize) -> Option<(&[u8], usize)> {
+    let rest = bytes.get(at..).filter(|rest| !rest.is_empty())?;
+    let end = rest.iter().position(|&byte| byte == b'\n');
+    let line = rest.get(..end.unwrap_or(rest.len()))?;
+    let next = at + end.map_or(rest.len(), |end| end + 1);
+    Some((line.strip_suffix(b"\r").unwrap_or(line), next))
+}
+
+/// Whitespace-separated numbers of a header field.
+pub(crate) fn parse_numbers<T: std::str::FromStr>(
+    field: &'static str,
+    text: &str,
+) -> Result<Vec<T>, VolumeError> {
+    text.split_whitespace()
+        .map(|word| word.parse().ok())
+        .collect::<Option<_>>()
+        .ok_or_else(|| VolumeError::field(field, text, "not a list of numbers"))
+}
+
+/// Exactly `N` whitespace-separated numbers of a header field.
+pub(crate) fn parse_array<const N: usize>(field: &'static str, text: &str) -> Result<[f64; N], VolumeError> {
+    parse_numbers(field, text)?
+        .try_into()
+        .map_err(|_| VolumeError::field(field, text, format!("{N} numbers are needed")))
+}

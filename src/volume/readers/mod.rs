@@ -1,0 +1,116 @@
+//! Reads volumes from NIfTI-1, NRRD and MetaImage files.
+//!
+//! Each format's module turns a header into the common [`GridHeader`]; [`decode`](decode::decode)
+//! turns that and the data into a [`Volume`]. The two steps are apart so that a loader that reads
+//! asynchronously can fetch a separate data file in between.
+
+mod ascii;
+pub(crate) mod decode;
+pub(crate) mod header;
+mod meta_image;
+mod nifti;
+mod nrrd;
+mod nrrd_fields;
+mod store;
+
+use std::path::{Path, PathBuf};
+
+use self::header::{DataLocation, GridHeader};
+use super::asset::Volume;
+use super::error::{VolumeError, VolumeFileError};
+
+/// A file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// NIfTI-1: `.nii`, `.nii.gz`, or `.hdr` and `.img`, each perhaps with `.gz`.
+    Nifti,
+    /// NRRD 1 to 5: `.nrrd`, or `.nhdr` with a data file.
+    Nrrd,
+    /// MetaImage: `.mha`, or `.mhd` with a data file.
+    MetaImage,
+}
+
+impl Format {
+    /// The format that a file's name ends like, in either case.
+    pub(crate) fn of(path: &Path) -> Result<Self, VolumeError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let name = name.to_ascii_lowercase();
+        let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+        if ends(&[".nii", ".nii.gz", ".hdr", ".hdr.gz"]) {
+            Ok(Self::Nifti)
+        } else if ends(&[".nrrd", ".nhdr"]) {
+            Ok(Self::Nrrd)
+        } else if ends(&[".mha", ".mhd"]) {
+            Ok(Self::MetaImage)
+        } else {
+            let ending = name.rsplit('.').next().unwrap_or(&name).to_owned();
+            Err(VolumeError::UnknownExtension { ending })
+        }
+    }
+
+    /// Reads the header at the beginning of a file of this format.
+    pub(crate) fn parse(self, bytes: &[u8]) -> Result<GridHeader, VolumeError> {
+        match self {
+            Self::Nifti => nifti::parse(bytes),
+            Self::Nrrd => nrrd::parse(bytes),
+            Self::MetaImage => meta_image::parse(bytes),
+        }
+    }
+}
+
+/// Paths at which the data of the header at `header_path` may be, likeliest first: none where they are
+/// in the header's own file. All are in the header's folder or below it.
+pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> Vec<PathBuf> {
+    match &header.data {
+        DataLocation::Attached { .. } => Vec::new(),
+        DataLocation::Detached { file } => vec![header_path.with_file_name(file)],
+        DataLocation::NiftiPair => {
+            let name = header_path.file_name().unwrap_or_default();
+            let name = name.to_string_lossy();
+            let lower = name.to_ascii_lowercase();
+            let gzip = lower.ends_with(".gz");
+            let stem = [".hdr.gz", ".nii.gz", ".hdr", ".nii"]
+                .into_iter()
+                .find(|ending| lower.ends_with(ending))
+                .and_then(|ending| name.get(..name.len() - ending.len()))
+                .unwrap_or(&name);
+            let endings = if gzip {
+                [".img.gz", ".img"]
+            } else {
+                [".img", ".img.gz"]
+            };
+            endings
+                .map(|ending| header_path.with_file_name(format!("{stem}{ending}")))
+                .to_vec()
+        }
+    }
+}
+
+/// Reads a volume from a NIfTI-1, NRRD or MetaImage file, told apart by the file's name:
+/// `.nii`, `.nii.gz`, `.hdr`, `.hdr.gz`, `.nrrd`, `.nhdr`, `.mha` or `.mhd`.
+///
+/// The data file of a header that names one is read too; it must be in the header's folder or below it.
+/// This blocks: in an app, load the file as an asset instead.
+///
+/// # Errors
+///
+/// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic,
+/// or take more memory than the file's data, decompressed, need.
+pub fn read_volume_file(path: &Path) -> Result<Volume, VolumeFileError> {
+    let at = |path: &Path, cause: VolumeError| VolumeFileError {
+        path: path.to_owned(),
+        cause,
+    };
+    let of_header = |cause| at(path, cause);
+    let format = Format::of(path).map_err(of_header)?;
+    let bytes = std::fs::read(path).map_err(|error| of_header(error.into()))?;
+    let header = format.parse(&bytes).map_err(of_header)?;
+    let candidates = data_file_candidates(path, &header);
+    let Some(first) = candidates.first() else {
+        return decode::decode(&header, &bytes).map_err(of_header);
+    };
+    drop(bytes);
+    let data_path = candidates.iter().find(|path| path.is_file()).unwrap_or(first);
+    let data = std::fs::read(data_path).map_err(|error| at(data_path, error.into()))?;
+    decode::decode(&header, &data).map_err(|cause| at(data_path, cause))
+}

@@ -1,0 +1,273 @@
+//! From values to colour and opacity.
+
+use serde::{Deserialize, Serialize};
+
+use super::asset::Volume;
+use super::{otsu, slicer};
+
+/// Colour and opacity at one value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControlPoint {
+    /// The value, in the volume file's units.
+    pub value: f32,
+    /// Red, green and blue, 0 to 1, as displayed (sRGB-encoded).
+    pub color: [f32; 3],
+    /// How much of the light is stopped over
+    /// [`opacity_unit_distance_mm`](TransferFunction::opacity_unit_distance_mm), 0 to 1.
+    pub opacity: f32,
+}
+
+/// Colour and opacity for every value: linear between control points, constant beyond the outermost.
+///
+/// The fields can be changed freely, as an editor does; nothing panics on what
+/// [`validate`](Self::validate) refuses, but it may not look as meant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, bevy::asset::Asset, bevy::reflect::TypePath)]
+#[serde(deny_unknown_fields)]
+pub struct TransferFunction {
+    /// The control points, sorted by value. Two at one value make a step.
+    pub points: Vec<ControlPoint>,
+    /// Length of matter, in millimetres, over which it has the opacity that the points say.
+    #[serde(default = "one")]
+    pub opacity_unit_distance_mm: f32,
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+/// Why values or a text make no transfer function.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TransferFunctionError {
+    /// There are no control points.
+    #[error("there are no control points")]
+    Empty,
+    /// A control point cannot be used.
+    #[error("control point {index}: {field} is {value}, {reason}")]
+    Point {
+        /// Which one, counted from zero.
+        index: usize,
+        /// Which of its fields.
+        field: &'static str,
+        /// The field's value.
+        value: f32,
+        /// What it should be.
+        reason: &'static str,
+    },
+    /// The opacity's unit of length is not a positive number.
+    #[error("opacity_unit_distance_mm is {0}, must be finite and positive")]
+    UnitDistance(f32),
+    /// The text is not RON, or not that of a transfer function.
+    #[error("not a transfer function in RON: {0}")]
+    Ron(#[from] ron::error::SpannedError),
+    /// The transfer function could not be written as RON.
+    #[error("cannot be written as RON: {0}")]
+    WriteRon(#[from] ron::Error),
+    /// The text is not a Slicer volume property.
+    #[error("line {line}: {field}: {reason}")]
+    Slicer {
+        /// The line at fault, counted from one.
+        line: usize,
+        /// What was to be read there.
+        field: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl TransferFunction {
+    /// Makes a transfer function from points in any order; points of one value keep theirs.
+    ///
+    /// # Errors
+    ///
+    /// As [`validate`](Self::validate), but for the order.
+    pub fn new(
+        mut points: Vec<ControlPoint>,
+        opacity_unit_distance_mm: f32,
+    ) -> Result<Self, TransferFunctionError> {
+        points.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let function = Self {
+            points,
+            opacity_unit_distance_mm,
+        };
+        function.validate()?;
+        Ok(function)
+    }
+
+    /// Opacity zero up to the value `from`, `opacity` beyond `to`, linear between; one colour (sRGB-encoded).
+    /// The unit of length is one millimetre.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new). `from` may lie above `to`: low values are opaque then.
+    pub fn ramp(from: f32, to: f32, opacity: f32, color: [f32; 3]) -> Result<Self, TransferFunctionError> {
+        let point = |value, opacity| ControlPoint {
+            value,
+            color,
+            opacity,
+        };
+        Self::new(vec![point(from, 0.0), point(to, opacity)], 1.0)
+    }
+
+    /// Whether everything is as the fields say.
+    ///
+    /// # Errors
+    ///
+    /// [`TransferFunctionError::Empty`]; [`TransferFunctionError::Point`] for the first point whose value
+    /// is not finite or below its predecessor's, or whose colour or opacity is not from 0 to 1;
+    /// [`TransferFunctionError::UnitDistance`].
+    pub fn validate(&self) -> Result<(), TransferFunctionError> {
+        if self.points.is_empty() {
+            return Err(TransferFunctionError::Empty);
+        }
+        let mut before = f32::NEG_INFINITY;
+        for (index, point) in self.points.iter().enumerate() {
+            let error = |field, value, reason| {
+                Err(TransferFunctionError::Point {
+                    index,
+                    field,
+                    value,
+                    reason,
+                })
+            };
+            if !point.value.is_finite() {
+                return error("value", point.value, "must be finite");
+            }
+            if point.value < before {
+                return error("value", point.value, "must not be below the one before");
+            }
+            before = point.value;
+            let [red, green, blue] = point.color;
+            let shares = [
+                ("red", red),
+                ("green", green),
+                ("blue", blue),
+                ("opacity", point.opacity),
+            ];
+            for (field, value) in shares {
+                if !(0.0..=1.0).contains(&value) {
+                    return error(field, value, "must be from 0 to 1");
+                }
+            }
+        }
+        let unit = self.opacity_unit_distance_mm;
+        if !unit.is_finite() || unit <= 0.0 {
+            return Err(TransferFunctionError::UnitDistance(unit));
+        }
+        Ok(())
+    }
+
+    /// Red, green, blue (sRGB-encoded) and opacity at a value in file units.
+    ///
+    /// At a step, those of its upper side; all zero where there are no points.
+    pub fn sample(&self, value: f32) -> [f32; 4] {
+        self.at(value.into())
+    }
+
+    /// [`sample`](Self::sample)s at `entries` evenly spaced values, the first and the last of them at
+    /// the ends of `range` (file units). A single entry is at its lower end.
+    pub fn lookup_table(&self, range: [f64; 2], entries: usize) -> Vec<[f32; 4]> {
+        let steps = entries.saturating_sub(1).max(1) as f64;
+        let [low, high] = range;
+        (0..entries)
+            .map(|entry| {
+                let t = entry as f64 / steps;
+                self.at(low * (1.0 - t) + high * t)
+            })
+            .collect()
+    }
+
+    fn at(&self, value: f64) -> [f32; 4] {
+        let colors = |point: &ControlPoint| {
+            let [red, green, blue] = point.color;
+            [red, green, blue, point.opacity]
+        };
+        let above = self
+            .points
+            .partition_point(|point| f64::from(point.value) <= value);
+        let below = above.checked_sub(1).and_then(|below| self.points.get(below));
+        match (below, self.points.get(above)) {
+            (Some(a), Some(b)) => mix([a.value.into(), b.value.into()], [colors(a), colors(b)], value),
+            (Some(only), None) | (None, Some(only)) => colors(only),
+            (None, None) => [0.0; 4],
+        }
+    }
+
+    /// Reads one written by [`to_ron`](Self::to_ron). The unit of length may be left out: 1 mm.
+    ///
+    /// # Errors
+    ///
+    /// [`TransferFunctionError::Ron`] with the place in the text, or as [`validate`](Self::validate).
+    pub fn from_ron(text: &str) -> Result<Self, TransferFunctionError> {
+        let function: Self = ron::from_str(text)?;
+        function.validate()?;
+        Ok(function)
+    }
+
+    /// Writes it as text, in RON.
+    ///
+    /// # Errors
+    ///
+    /// [`TransferFunctionError::WriteRon`], which no value of this type is known to cause.
+    pub fn to_ron(&self) -> Result<String, TransferFunctionError> {
+        let pretty = ron::ser::PrettyConfig::default().depth_limit(2);
+        Ok(ron::ser::to_string_pretty(self, pretty)?)
+    }
+
+    /// Reads a volume property as 3D Slicer writes it (`.vp`): its scalar opacity and colour functions.
+    ///
+    /// Every value at which either has a node becomes a control point. The file's gradient opacity and
+    /// shading have no counterpart here and are ignored. It says no unit of length; Slicer's is 1 mm
+    /// unless set in the scene, and so is this one's.
+    ///
+    /// # Errors
+    ///
+    /// [`TransferFunctionError::Slicer`] with the line, or as [`new`](Self::new).
+    pub fn from_slicer_vp(text: &str) -> Result<Self, TransferFunctionError> {
+        Self::new(slicer::control_points(text)?, 1.0)
+    }
+
+    /// A first look at a volume of unknown content: what is above the threshold that best parts its
+    /// histogram in two (Otsu's) becomes opaque, in the colour of bone.
+    pub fn for_volume(volume: &Volume) -> Self {
+        let [low, high] = volume.range();
+        let threshold = volume.to_file_units(otsu::threshold(volume));
+        // A tenth of the range is soft enough to show no steps. A volume of one value has no range.
+        let half = match (high - low) / 20.0 {
+            0.0 => 0.5,
+            half => half,
+        };
+        let clamp = |value: f64| value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
+        let spacing = volume.spacing_mm().min_element();
+        Self {
+            points: vec![
+                ControlPoint {
+                    value: clamp(threshold - half),
+                    color: [0.62, 0.42, 0.30],
+                    opacity: 0.0,
+                },
+                ControlPoint {
+                    value: clamp(threshold + half),
+                    color: [0.95, 0.89, 0.78],
+                    opacity: 0.9,
+                },
+            ],
+            opacity_unit_distance_mm: spacing,
+        }
+    }
+}
+
+/// Linear between two nodes, exact at both.
+pub(super) fn mix<const N: usize>(at: [f64; 2], outputs: [[f32; N]; 2], value: f64) -> [f32; N] {
+    let width = at[1] - at[0];
+    let t = if width > 0.0 {
+        ((value - at[0]) / width).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    std::array::from_fn(|index| {
+        let [a, b] = outputs.map(|output| f64::from(output[index]));
+        (a * (1.0 - t) + b * t) as f32
+    })
+}
