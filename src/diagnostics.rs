@@ -85,23 +85,50 @@ pub struct GpuUsage {
 pub(crate) struct Report {
     pub progress: Vec<(Entity, f32)>,
     pub usage: GpuUsage,
-    /// Frames, per kind of pass, in which it ran since the start.
-    pub passes: PassCounts,
+    pub passes: PassLog,
 }
 
-/// How often each kind of pass ran since the start; a frame at rest adds nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PassCounts {
-    /// Carvers whose depth maps were rendered.
-    pub depth_maps: u64,
-    /// Carvers whose dilation maps were computed.
-    pub dilations: u64,
-    /// Volumes whose voxels were clipped.
-    pub classifications: u64,
-    /// Portions of unclipped occlusion computed.
-    pub precomputations: u64,
-    /// Volumes whose occlusion was cast.
-    pub ray_casts: u64,
+/// Times every pass by the clock while `true`, waiting for the device after each.
+///
+/// It slows frames down, and is for drivers whose timestamps say nothing about compute passes
+/// (Mesa's software driver) or that have none.
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct TimePassesByClock(pub bool);
+
+/// Which passes ran since the start; a frame at rest adds nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassLog {
+    jobs: [u64; SPANS.len()],
+    clock_ms: [Option<f64>; SPANS.len()],
+}
+
+impl PassLog {
+    pub(crate) fn add(&mut self, span: &str, jobs: u64, ms: Option<f64>) {
+        if let Some(index) = self.index(span) {
+            self.jobs[index] += jobs;
+            self.clock_ms[index] = ms;
+        }
+    }
+
+    /// How many carvers or volumes a pass (one of [`SPANS`]) has been run for since the start.
+    pub fn jobs(&self, span: &str) -> u64 {
+        self.index(span).map_or(0, |index| self.jobs[index])
+    }
+
+    /// Milliseconds that the pass took when it last ran, if timed by the clock.
+    pub fn clock_ms(&self, span: &str) -> Option<f64> {
+        self.clock_ms[self.index(span)?]
+    }
+
+    /// Passes run since the start, of any kind.
+    pub fn total_jobs(&self) -> u64 {
+        self.jobs.iter().sum()
+    }
+
+    fn index(&self, span: &str) -> Option<usize> {
+        SPANS.iter().position(|name| *name == span)
+    }
 }
 
 /// Connects the render world's [`Report`] with the main world.
@@ -109,10 +136,10 @@ pub struct PassCounts {
 pub(crate) struct ReportChannel(pub Arc<Mutex<Report>>);
 
 /// What the renderer did and holds.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderStatus {
     /// What is allocated.
     pub usage: GpuUsage,
     /// What has run.
-    pub passes: PassCounts,
+    pub passes: PassLog,
 }

@@ -7,7 +7,7 @@ use bevy::{
 
 use crate::{
     clip::ClipPlugin,
-    diagnostics::{CountWork, RenderStatus, ReportChannel},
+    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::OcclusionRenderPlugin,
@@ -28,6 +28,7 @@ impl Plugin for ContextualAoPlugin {
         app.init_resource::<ReportChannel>()
             .init_resource::<RenderStatus>()
             .init_resource::<CountWork>()
+            .init_resource::<TimePassesByClock>()
             .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
             .add_systems(PreUpdate, receive_report);
         if app.get_sub_app(RenderApp).is_none() {

@@ -52,8 +52,10 @@ fn classify(
     );
     var coverage = 1.0;
     var category = CATEGORY_UNAFFECTED;
-    if occlusion_pass.is_clipped != 0u {
-        var visible = is_visible_at(voxel, vec3(0.0));
+    // Farther than the reach from anything removed, all samples are visible.
+    let center_mm = (volume.local_from_voxel * vec4(voxel, 1.0)).xyz;
+    if occlusion_pass.is_clipped != 0u && is_affected(center_mm) {
+        var visible = u32(is_visible(center_mm));
         for (var corner = 0u; corner < 8u; corner += 1u) {
             let sign = vec3<f32>(vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u)) * 2.0 - 1.0;
             visible += is_visible_at(voxel, sign * FOOTPRINT);
@@ -65,9 +67,7 @@ fn classify(
             }
             coverage = f32(visible) / f32(9u + MORE_SAMPLES);
         }
-        if is_affected((volume.local_from_voxel * vec4(voxel, 1.0)).xyz) {
-            category = select(CATEGORY_CLIPPED, CATEGORY_AFFECTED, visible > 0u);
-        }
+        category = select(CATEGORY_CLIPPED, CATEGORY_AFFECTED, visible > 0u);
     }
     textureStore(opacities, id, vec4(opacity * coverage, 0.0, 0.0, 0.0));
     textureStore(categories, id, vec4(category, 0.0, 0.0, 0.0));

@@ -6,10 +6,11 @@ use bevy::{
         diagnostic::RecordDiagnostics,
         mesh::{RenderMesh, allocator::MeshAllocator},
         render_asset::RenderAssets,
-        render_resource::PipelineCache,
-        renderer::RenderContext,
+        render_resource::{CommandEncoder, CommandEncoderDescriptor, PipelineCache, PollType},
+        renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
+use std::time::Instant;
 
 use super::{
     classify::ClassifyPipeline, clip_maps::ClipMaps, dilate::DilatePipelines, plan::FramePlan,
@@ -29,95 +30,153 @@ pub(crate) fn encode_passes(
     dilate: Res<DilatePipelines>,
     classify: Res<ClassifyPipeline>,
     ray_cast: Res<RayCastPipeline>,
+    queue: Res<RenderQueue>,
     report: Res<ReportChannel>,
-    mut ctx: RenderContext,
+    ctx: RenderContext,
 ) {
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let recorder = ctx.diagnostic_recorder();
-    let recorder = recorder.as_deref();
-    let encoder = ctx.command_encoder();
     let counts = plan.counts_work;
+    let mut frame = Frame::new(ctx, &queue, &plan);
     if counts {
-        encoder.clear_buffer(&ray_cast.work, 0, None);
+        frame.encoder().clear_buffer(&ray_cast.work, 0, None);
     }
 
     // Step II: depth maps of carvers whose mesh changed.
-    if !plan.depth_maps.is_empty() {
-        let span = recorder.time_span(encoder, SPAN_DEPTH);
-        for job in &plan.depth_maps {
-            job.encode(encoder, clip, &cache, &meshes, &allocator);
-        }
-        span.end(encoder);
-    }
+    frame.pass(SPAN_DEPTH, &plan.depth_maps, |encoder, job| {
+        job.encode(encoder, clip, &cache, &meshes, &allocator);
+    });
 
     // Step III: dilation maps of those, and of carvers whose scale or reach changed.
-    if !plan.dilations.is_empty() {
-        let span = recorder.time_span(encoder, SPAN_DILATE);
-        for job in &plan.dilations {
-            job.encode(encoder, &dilate, clip, &cache);
-        }
-        span.end(encoder);
-    }
+    frame.pass(SPAN_DILATE, &plan.dilations, |encoder, job| {
+        job.encode(encoder, &dilate, clip, &cache);
+    });
 
     // Step I: a portion of the unclipped occlusion of volumes that lack it.
-    let precomputes = || {
-        let jobs = plan.volumes.iter();
-        jobs.filter_map(|job| Some((job, job.precompute.as_ref()?)))
-    };
-    if precomputes().next().is_some() {
-        let span = recorder.time_span(encoder, SPAN_PRECOMPUTE);
-        for (job, precompute) in precomputes() {
-            if let Some(group) = &precompute.classify {
-                classify.encode(
-                    encoder,
-                    [&job.volume_group, group],
-                    precompute.volume_bricks,
-                    &cache,
-                );
-            }
-            let groups = [&job.volume_group, &precompute.cast];
-            ray_cast.encode(encoder, groups, precompute.bricks, counts, &cache);
+    let precomputes = plan
+        .volumes
+        .iter()
+        .filter_map(|job| Some((job, job.precompute.as_ref()?)));
+    frame.pass(SPAN_PRECOMPUTE, precomputes, |encoder, (job, precompute)| {
+        if let Some(group) = &precompute.classify {
+            let groups = [&job.volume_group, group];
+            classify.encode(encoder, groups, precompute.volume_bricks, &cache);
         }
-        span.end(encoder);
-    }
+        let groups = [&job.volume_group, &precompute.cast];
+        ray_cast.encode(encoder, groups, precompute.bricks, counts, &cache);
+    });
 
     // Step IV: opacities and categories of volumes that carvers changed.
-    let carves = || {
-        let jobs = plan.volumes.iter();
-        jobs.filter_map(|job| Some((job, job.carve.as_ref()?)))
-    };
-    if carves().next().is_some() {
-        let span = recorder.time_span(encoder, SPAN_CLASSIFY);
-        for (job, carve) in carves() {
-            let groups = [&job.volume_group, &carve.classify];
-            classify.encode(encoder, groups, carve.bricks, &cache);
-        }
-        span.end(encoder);
-    }
+    let carves = plan
+        .volumes
+        .iter()
+        .filter_map(|job| Some((job, job.carve.as_ref()?)));
+    frame.pass(SPAN_CLASSIFY, carves.clone(), |encoder, (job, carve)| {
+        let groups = [&job.volume_group, &carve.classify];
+        classify.encode(encoder, groups, carve.bricks, &cache);
+    });
 
     // Step V: their occlusion.
-    let casts = || carves().filter_map(|(job, carve)| Some((job, carve, carve.cast.as_ref()?)));
-    if casts().next().is_some() {
-        let span = recorder.time_span(encoder, SPAN_RAY_CAST);
-        for (job, carve, cast) in casts() {
-            ray_cast.encode(encoder, [&job.volume_group, cast], carve.bricks, counts, &cache);
-        }
-        span.end(encoder);
-    }
+    let casts = carves.filter_map(|(job, carve)| Some((job, carve, carve.cast.as_ref()?)));
+    frame.pass(SPAN_RAY_CAST, casts, |encoder, (job, carve, cast)| {
+        let groups = [&job.volume_group, cast];
+        ray_cast.encode(encoder, groups, carve.bricks, counts, &cache);
+    });
 
     if counts {
-        for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
-            recorder.record_u32(encoder, &ray_cast.work.slice(offset..offset + 4), name);
+        frame.record_work(&ray_cast);
+    }
+    frame.report(&report);
+}
+
+/// A frame being encoded: how its passes are timed and counted.
+struct Frame<'w, 's, 'a> {
+    ctx: RenderContext<'w, 's>,
+    queue: &'a RenderQueue,
+    times_by_clock: bool,
+    /// Span, number of jobs and, if timed by the clock, milliseconds.
+    ran: Vec<(&'static str, u64, Option<f64>)>,
+}
+
+impl<'w, 's, 'a> Frame<'w, 's, 'a> {
+    fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, plan: &FramePlan) -> Self {
+        Self {
+            ctx,
+            queue,
+            // The counters are cleared and read in the order of the frame.
+            times_by_clock: plan.times_by_clock && !plan.counts_work,
+            ran: Vec::new(),
         }
     }
-    if let Ok(mut report) = report.0.lock() {
-        let passes = &mut report.passes;
-        passes.depth_maps += plan.depth_maps.len() as u64;
-        passes.dilations += plan.dilations.len() as u64;
-        passes.precomputations += precomputes().count() as u64;
-        passes.classifications += carves().count() as u64;
-        passes.ray_casts += casts().count() as u64;
+
+    fn encoder(&mut self) -> &mut CommandEncoder {
+        self.ctx.command_encoder()
     }
+
+    /// One pass over its jobs; nothing where there are none.
+    fn pass<J>(
+        &mut self,
+        span: &'static str,
+        jobs: impl IntoIterator<Item = J>,
+        mut encode: impl FnMut(&mut CommandEncoder, J),
+    ) {
+        let mut jobs = jobs.into_iter().peekable();
+        if jobs.peek().is_none() {
+            return;
+        }
+        let mut count = 0;
+        let encode_all = |encoder: &mut CommandEncoder| {
+            for job in jobs {
+                encode(encoder, job);
+                count += 1;
+            }
+        };
+        if self.times_by_clock {
+            let ms = submit_and_wait(self.ctx.render_device(), self.queue, encode_all);
+            self.ran.push((span, count, Some(ms)));
+        } else {
+            let recorder = self.ctx.diagnostic_recorder();
+            let recorder = recorder.as_deref();
+            let encoder = self.ctx.command_encoder();
+            let time_span = recorder.time_span(encoder, span);
+            encode_all(encoder);
+            time_span.end(encoder);
+            self.ran.push((span, count, None));
+        }
+    }
+
+    /// Sends the counters to the diagnostics.
+    fn record_work(&mut self, ray_cast: &RayCastPipeline) {
+        let recorder = self.ctx.diagnostic_recorder();
+        let recorder = recorder.as_deref();
+        for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
+            let word = ray_cast.work.slice(offset..offset + 4);
+            recorder.record_u32(self.ctx.command_encoder(), &word, name);
+        }
+    }
+
+    fn report(self, channel: &ReportChannel) {
+        let Ok(mut report) = channel.0.lock() else {
+            return;
+        };
+        for (span, jobs, ms) in self.ran {
+            report.passes.add(span, jobs, ms);
+        }
+    }
+}
+
+/// Runs commands at once and returns the milliseconds until they were done.
+fn submit_and_wait(
+    device: &RenderDevice,
+    queue: &RenderQueue,
+    encode: impl FnOnce(&mut CommandEncoder),
+) -> f64 {
+    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encode(&mut encoder);
+    let begin = Instant::now();
+    queue.submit([encoder.finish()]);
+    // An error means that the device was lost: then there is nothing to wait for.
+    let _ = device.poll(PollType::wait_indefinitely());
+    begin.elapsed().as_secs_f64() * 1e3
 }

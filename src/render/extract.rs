@@ -9,7 +9,7 @@ use bevy::{
 
 use crate::{
     clip::{ClipCamera, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
-    diagnostics::CountWork,
+    diagnostics::{CountWork, TimePassesByClock},
     occlusion::{AmbientOcclusion, VolumeShading},
     volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
 };
@@ -21,6 +21,7 @@ pub(crate) struct ExtractedScene {
     pub carvers: Vec<ExtractedCarver>,
     pub clip_settings: ClipSettings,
     pub count_work: bool,
+    pub time_by_clock: bool,
 }
 
 pub(crate) struct ExtractedVolume {
@@ -81,10 +82,12 @@ pub(crate) fn extract_scene(
     carvers: Extract<Query<(Entity, &ClipMesh, &Mesh3d, &ClipCamera, &GlobalTransform)>>,
     clip_settings: Extract<Res<ClipSettings>>,
     count_work: Extract<Res<CountWork>>,
+    time_by_clock: Extract<Res<TimePassesByClock>>,
     mut warned: Local<bool>,
 ) {
     scene.clip_settings = clip_settings.clone();
     scene.count_work = count_work.0;
+    scene.time_by_clock = time_by_clock.0;
     scene.volumes.clear();
     scene.volumes.extend(volumes.iter().filter_map(
         |(entity, volume, table, occlusion, shading, transform)| {

@@ -22,6 +22,7 @@ pub(crate) struct FramePlan {
     /// Counts frames in which maps were redrawn.
     pub maps_revision: u64,
     pub counts_work: bool,
+    pub times_by_clock: bool,
 }
 
 /// A carver that takes part in this frame.

@@ -38,6 +38,8 @@ pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
 pub enum VolumeTexture {
     /// Opacity after clipping, of one occlusion step.
     Opacities,
+    /// Category after clipping: 0 clipped, 0.5 affected, 1 unaffected.
+    Categories,
     /// Occlusion of the unclipped volume, 1 where unoccluded.
     UnclippedOcclusion,
     /// Occlusion as drawn, 1 where unoccluded.
@@ -148,6 +150,7 @@ impl VolumeStore {
         let resources = self.0.get(&MainEntity::from(volume))?;
         Some(match texture {
             VolumeTexture::Opacities => &resources.opacities.texture,
+            VolumeTexture::Categories => &resources.categories.texture,
             VolumeTexture::UnclippedOcclusion => &resources.unclipped_occlusion.texture,
             VolumeTexture::Occlusion => &resources.occlusion.texture,
         })

@@ -35,9 +35,10 @@ pub struct Volume3d(pub Handle<Volume>);
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 
-/// How much of the unclipped occlusion of a [`Volume3d`] has been computed: 0 to 1.
+/// How much of what the shading of a [`Volume3d`] needs has been computed: 0 to 1.
 ///
-/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change.
+/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change. Carvers
+/// do not lower it: what they change is computed in the same frame.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionProgress(pub f32);
@@ -98,7 +99,7 @@ pub struct VolumeFailed {
     pub error: String,
 }
 
-/// Triggered on a [`Volume3d`] entity when its unclipped occlusion is complete.
+/// Triggered on a [`Volume3d`] entity when its [`OcclusionProgress`] becomes 1.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct VolumeOccluded {
     /// The volume's entity.

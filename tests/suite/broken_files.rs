@@ -155,16 +155,10 @@ fn no_mutation_makes_a_reader_panic() {
             "m.nrrd",
             nrrd("type: float\nendian: big\nspacings: 1 2 3\n", &floats),
         ),
+        ("m.nrrd", nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&data))),
         (
             "m.nrrd",
-            nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&data)),
-        ),
-        (
-            "m.nrrd",
-            nrrd(
-                "encoding: text\nline skip: 1\n",
-                b"\n1 2 3 4 5 6 7 8 9 10 11 12",
-            ),
+            nrrd("encoding: text\nline skip: 1\n", b"\n1 2 3 4 5 6 7 8 9 10 11 12"),
         ),
         (
             "m.mha",

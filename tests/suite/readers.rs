@@ -196,8 +196,7 @@ fn every_encoding_of_the_ball_is_the_same_volume() {
 fn every_number_type_reads_the_same() {
     let Some(folder) = volumes() else { return };
     for name in [
-        "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32",
-        "float64",
+        "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64",
     ] {
         let volume = read(&folder.join(format!("cases/nifti/{name}.nii")));
         let values: Vec<f64> = (0..27u32)

@@ -106,8 +106,7 @@ fn small_files_read_in_every_way_to_write_them() {
         ("extra.nii", [plain.clone(), vec![9; 100]].concat()),
         ("a.nrrd", nrrd("", &data)),
         ("crlf.nrrd", {
-            let text =
-                "NRRD0005\r\ntype: uint8\r\ndimension: 3\r\nsizes: 2 3 4\r\nencoding: raw\r\n\r\n";
+            let text = "NRRD0005\r\ntype: uint8\r\ndimension: 3\r\nsizes: 2 3 4\r\nencoding: raw\r\n\r\n";
             [text.as_bytes(), &data].concat()
         }),
         ("text.nrrd", nrrd("encoding: ascii\n", text.as_bytes())),
@@ -116,10 +115,7 @@ fn small_files_read_in_every_way_to_write_them() {
             "members.nrrd",
             nrrd("encoding: gzip\n", &[two_members, vec![0; 9]].concat()),
         ),
-        (
-            "skip.nrrd",
-            nrrd("line skip: 2\nbyte skip: 5\n", &with_junk),
-        ),
+        ("skip.nrrd", nrrd("line skip: 2\nbyte skip: 5\n", &with_junk)),
         ("end.nrrd", nrrd("byte skip: -1\n", &with_junk)),
         (
             "gzend.nrrd",
@@ -141,11 +137,7 @@ fn small_files_read_in_every_way_to_write_them() {
     for (name, bytes) in files {
         let volume = read(&scratch.write(name, &bytes));
         assert_eq!(volume.dimensions(), UVec3::new(2, 3, 4), "{name}");
-        assert_eq!(
-            volume.intensities(),
-            &Intensities::U8(data.clone()),
-            "{name}"
-        );
+        assert_eq!(volume.intensities(), &Intensities::U8(data.clone()), "{name}");
         assert_eq!(volume.value_at(UVec3::new(1, 2, 3)), Some(23.0), "{name}");
     }
 }

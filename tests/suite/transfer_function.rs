@@ -101,11 +101,7 @@ fn senseless_functions_are_refused() {
 fn ron_comes_back_as_it_went() {
     let function = TransferFunction::ramp(-100.5, 300.0, 0.25, [0.9, 0.8, 0.7]).unwrap();
     let text = function.to_ron().unwrap();
-    assert_eq!(
-        TransferFunction::from_ron(&text).unwrap(),
-        function,
-        "{text}"
-    );
+    assert_eq!(TransferFunction::from_ron(&text).unwrap(), function, "{text}");
     let short = "(points: [(value: 1.0, color: (1.0, 1.0, 1.0), opacity: 0.5)])";
     let short = TransferFunction::from_ron(short).unwrap();
     assert_eq!(short.opacity_unit_distance_mm, 1.0);
@@ -132,9 +128,7 @@ const SLICER: &str = "1 => interpolation type
 fn slicer_properties_are_read() {
     let function = TransferFunction::from_slicer_vp(SLICER).unwrap();
     let values: Vec<f32> = function.points.iter().map(|point| point.value).collect();
-    let expected = [
-        -3024.0, -86.9767, 45.3791, 139.919, 347.907, 1224.16, 3071.0,
-    ];
+    let expected = [-3024.0, -86.9767, 45.3791, 139.919, 347.907, 1224.16, 3071.0];
     assert_eq!(values, expected);
     assert_eq!(
         function.points[3],
@@ -155,10 +149,7 @@ fn slicer_properties_are_read() {
 
     let step = format!("{settings}8 0 0 5 0 5 1 9 1\n0\n4 0 1 1 1\n");
     let function = TransferFunction::from_slicer_vp(&step).unwrap();
-    assert_eq!(
-        (function.sample(4.9)[3], function.sample(5.0)[3]),
-        (0.0, 1.0)
-    );
+    assert_eq!((function.sample(4.9)[3], function.sample(5.0)[3]), (0.0, 1.0));
 }
 
 #[test]

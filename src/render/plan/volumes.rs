@@ -55,6 +55,8 @@ pub(crate) struct CarveJob {
 pub(crate) struct PrecomputeBudget {
     samples: u64,
     last_frame: Option<Instant>,
+    /// The shortest frame so far: about what a frame takes without computing occlusion.
+    shortest: Duration,
 }
 
 impl Default for PrecomputeBudget {
@@ -62,6 +64,7 @@ impl Default for PrecomputeBudget {
         Self {
             samples: Self::LEAST,
             last_frame: None,
+            shortest: Duration::MAX,
         }
     }
 }
@@ -69,14 +72,18 @@ impl Default for PrecomputeBudget {
 impl PrecomputeBudget {
     const LEAST: u64 = 1 << 22;
     const MOST: u64 = 1 << 32;
-    /// A frame that computes occlusion may take this long.
+    /// A frame may take this long for computing occlusion, or twice what it takes anyway.
     const FRAME: Duration = Duration::from_millis(50);
+    /// But no longer than this.
+    const LONGEST: Duration = Duration::from_secs(1);
 
     /// Bricks to cast this frame, at least one.
     fn bricks(&mut self, samples_per_voxel: u64, now: Instant) -> u32 {
         if let Some(last) = self.last_frame.replace(now) {
-            let was_short = now.duration_since(last) < Self::FRAME;
-            let samples = if was_short {
+            let frame = now.duration_since(last);
+            self.shortest = self.shortest.min(frame);
+            let allowed = Self::FRAME.max(2 * self.shortest).min(Self::LONGEST);
+            let samples = if frame < allowed {
                 self.samples * 2
             } else {
                 self.samples / 2
@@ -85,6 +92,12 @@ impl PrecomputeBudget {
         }
         let per_brick = (samples_per_voxel * VOXELS_PER_BRICK).max(1);
         (self.samples / per_brick).clamp(1, u32::MAX as u64) as u32
+    }
+
+    /// To be called in frames that compute none: the time since then says nothing.
+    fn pause(&mut self) {
+        self.last_frame = None;
+        self.shortest = Duration::MAX;
     }
 }
 
@@ -105,6 +118,7 @@ pub(crate) fn plan_volumes(
 ) {
     plan.volumes.clear();
     plan.counts_work = scene.count_work;
+    plan.times_by_clock = scene.time_by_clock;
     let Some(clip) = &clip_maps.textures else {
         return;
     };
@@ -124,7 +138,7 @@ pub(crate) fn plan_volumes(
             default()
         };
         precomputes |= work.precompute.is_some();
-        progress.push((volume.entity.id(), resources.progress(&goal.unclipped, volume)));
+        progress.push((volume.entity.id(), resources.progress(&goal, volume)));
         resources.write_uniforms(
             volume,
             &goal,
@@ -147,7 +161,7 @@ pub(crate) fn plan_volumes(
         plan.volumes.extend(job);
     }
     if !precomputes {
-        budget.last_frame = None;
+        budget.pause();
     }
     if let Ok(mut report) = report.0.lock() {
         report.progress = progress;
@@ -200,6 +214,11 @@ impl Goal {
             carver_count,
         }
     }
+
+    /// What the drawn occlusion is of, once it is computed.
+    fn outcome(&self) -> (UnclippedKey, OpacityKey) {
+        (self.unclipped.clone(), self.opacities.clone())
+    }
 }
 
 /// What has to be done to come closer to a [`Goal`].
@@ -216,12 +235,24 @@ struct Work {
 }
 
 impl VolumeResources {
-    /// Share of step I that is done.
-    fn progress(&self, key: &UnclippedKey, volume: &ExtractedVolume) -> f32 {
-        if self.state.unclipped_for.as_ref() != Some(key) {
+    /// Share of what the shading mode needs that is there after this frame.
+    fn progress(&self, goal: &Goal, volume: &ExtractedVolume) -> f32 {
+        let mode = volume.shading.mode;
+        let state = &self.state;
+        let is_done = if mode.uses_occlusion() {
+            state.occlusion_for.as_ref() == Some(&goal.outcome())
+        } else {
+            !mode.uses_light() || state.opacities_for.as_ref() == Some(&goal.opacities)
+        };
+        if is_done {
+            return 1.0;
+        }
+        if state.unclipped_for.as_ref() != Some(&goal.unclipped) {
             return 0.0;
         }
-        self.state.bricks_done as f32 / brick_count(volume.geometry.dimensions) as f32
+        // Never quite 1 while the carvers have not been seen to.
+        let bricks = brick_count(volume.geometry.dimensions) as f32;
+        (state.bricks_done as f32 / bricks).min(0.999)
     }
 
     /// Decides this frame's passes, and records their outcome: once planned, they run.
@@ -263,8 +294,7 @@ impl VolumeResources {
         } else {
             work.classifies = (mode.uses_occlusion() || mode.uses_light())
                 && state.opacities_for.as_ref() != Some(&goal.opacities);
-            let outcome = (goal.unclipped.clone(), goal.opacities.clone());
-            work.casts = mode.uses_occlusion() && state.occlusion_for.as_ref() != Some(&outcome);
+            work.casts = mode.uses_occlusion() && state.occlusion_for.as_ref() != Some(&goal.outcome());
             // The categories are needed again where only the cast is missing.
             work.classifies |= work.casts;
         }
@@ -272,7 +302,7 @@ impl VolumeResources {
             state.opacities_for = Some(goal.opacities.clone());
         }
         if work.casts {
-            state.occlusion_for = Some((goal.unclipped.clone(), goal.opacities.clone()));
+            state.occlusion_for = Some(goal.outcome());
         }
         work
     }

@@ -1,0 +1,227 @@
+//! The three cutters: their shapes, where they start and how they look.
+
+use bevy::{mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
+use bevy_contextual_ao::prelude::*;
+use core::f32::consts::{FRAC_PI_2, TAU};
+
+use crate::{hands::Hand, loading};
+
+pub struct CuttersPlugin;
+
+impl Plugin for CuttersPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_observer(spawn_cutters).add_systems(Update, paint);
+    }
+}
+
+/// A shape that is moved by hand. Cutters are numbered from 0, in the order of the Tab key.
+#[derive(Component)]
+pub struct Cutter {
+    pub index: usize,
+    pub name: &'static str,
+    /// Where it starts and returns to.
+    pub home: Transform,
+}
+
+/// The coat of a cutter: drawn faintly over the whole shape, or as its outline.
+#[derive(Component, Clone, Copy)]
+enum Coat {
+    Body,
+    Outline,
+}
+
+/// Radius of the tube of the ring; that around which it bends is 1.
+const RING_TUBE: f32 = 0.3;
+/// Half the edges of the box.
+const BOX: Vec3 = Vec3::new(1.0, 0.6, 0.6);
+/// Radius of the lines of an outline, where the shape has a radius of 1.
+const LINE_RADIUS: f32 = 0.01;
+/// Draws cutters after the volume, wherever they are: they are tools, not part of the picture.
+const IN_FRONT: f32 = 100.0;
+const SUBTRACTING: Srgba = Srgba::rgb(0.42, 0.78, 1.0);
+const INTERSECTING: Srgba = Srgba::rgb(0.55, 1.0, 0.45);
+/// Opacity of body and outline: at rest, selected, under the pointer or in the hand.
+const OPACITIES: [[f32; 2]; 3] = [[0.03, 0.35], [0.05, 0.65], [0.1, 0.95]];
+
+/// Name, size and place of a cutter: in units of the smallest half side of the volume's box, and
+/// from its middle in units of its half sides.
+type Start = (&'static str, f32, Vec3, Quat);
+
+fn starts() -> [Start; 3] {
+    [
+        ("sphere", 0.55, Vec3::new(0.42, 0.62, 0.62), Quat::IDENTITY),
+        (
+            "box",
+            0.34,
+            Vec3::new(0.66, -0.35, 0.32),
+            Quat::from_rotation_y(-0.5),
+        ),
+        (
+            "ring",
+            0.38,
+            Vec3::new(0.02, -0.42, 0.64),
+            Quat::from_rotation_x(1.4),
+        ),
+    ]
+}
+
+/// Puts the cutters to the volume when it is there.
+fn spawn_cutters(
+    loaded: On<VolumeLoaded>,
+    mut commands: Commands,
+    volumes: Query<(&Volume3d, &Transform)>,
+    assets: Res<Assets<Volume>>,
+    cutters: Query<(), With<Cutter>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut hand: ResMut<Hand>,
+) -> Result {
+    let (volume, transform) = volumes.get(loaded.entity)?;
+    let bounds = assets
+        .get(&volume.0)
+        .and_then(|volume| loading::bounds(volume, transform));
+    let Some(bounds) = bounds.filter(|_| cutters.is_empty()) else {
+        return Ok(());
+    };
+    let (center, half) = (Vec3::from(bounds.center), Vec3::from(bounds.half_extents));
+    for (index, (name, size, place, rotation)) in starts().into_iter().enumerate() {
+        let (body, outline) = shape(index)?;
+        let home = Transform {
+            translation: center + place * half,
+            rotation,
+            scale: Vec3::splat(size * half.min_element()),
+        };
+        let cutter = commands
+            .spawn((
+                Cutter { index, name, home },
+                ClipMesh::default(),
+                home,
+                Mesh3d(meshes.add(body)),
+                MeshMaterial3d(materials.add(coat_material())),
+                Coat::Body,
+                Hovered::default(),
+                children![(
+                    Mesh3d(meshes.add(outline)),
+                    MeshMaterial3d(materials.add(coat_material())),
+                    Coat::Outline,
+                    Pickable::IGNORE,
+                )],
+            ))
+            .id();
+        if index == 0 {
+            hand.selected = Some(cutter);
+        }
+    }
+    Ok(())
+}
+
+fn coat_material() -> StandardMaterial {
+    StandardMaterial {
+        alpha_mode: AlphaMode::Blend,
+        unlit: true,
+        depth_bias: IN_FRONT,
+        ..default()
+    }
+}
+
+/// The closed mesh of a cutter, and its outline.
+fn shape(index: usize) -> Result<(Mesh, Mesh), MeshMergeError> {
+    let around_x = Quat::from_rotation_x(FRAC_PI_2);
+    let around_z = Quat::from_rotation_z(FRAC_PI_2);
+    Ok(match index {
+        0 => {
+            let circles =
+                [Quat::IDENTITY, around_x, around_z].map(|rotation| circle(1.0).rotated_by(rotation));
+            (Sphere::new(1.0).mesh().uv(64, 32), merged(circles)?)
+        }
+        1 => (Cuboid::from_size(2.0 * BOX).into(), merged(box_edges())?),
+        _ => {
+            let around = [
+                circle(1.0 - RING_TUBE),
+                circle(1.0 + RING_TUBE),
+                circle(1.0).translated_by(RING_TUBE * Vec3::Y),
+                circle(1.0).translated_by(-RING_TUBE * Vec3::Y),
+            ];
+            let across = (0..8).map(|k| {
+                circle(RING_TUBE)
+                    .rotated_by(around_x)
+                    .translated_by(Vec3::X)
+                    .rotated_by(Quat::from_rotation_y(k as f32 * TAU / 8.0))
+            });
+            let ring = Torus {
+                minor_radius: RING_TUBE,
+                major_radius: 1.0,
+            };
+            let body = ring.mesh().minor_resolution(32).major_resolution(64).build();
+            (body, merged(around.into_iter().chain(across))?)
+        }
+    })
+}
+
+/// A circle around the y axis.
+fn circle(radius: f32) -> Mesh {
+    let tube = Torus {
+        minor_radius: LINE_RADIUS,
+        major_radius: radius,
+    };
+    tube.mesh().minor_resolution(6).major_resolution(96).build()
+}
+
+/// The twelve edges of the box.
+fn box_edges() -> impl Iterator<Item = Mesh> {
+    let along = [Vec3::X, Vec3::Y, Vec3::Z];
+    let signs = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+    (0..3).flat_map(move |axis| {
+        signs.map(|[a, b]| {
+            let (first, second) = (along[(axis + 1) % 3], along[(axis + 2) % 3]);
+            let thickness = Vec3::splat(2.0 * LINE_RADIUS);
+            let edge = Cuboid::from_size(thickness + 2.0 * BOX * along[axis]);
+            Mesh::from(edge).translated_by(BOX * (a * first + b * second))
+        })
+    })
+}
+
+fn merged(parts: impl IntoIterator<Item = Mesh>) -> Result<Mesh, MeshMergeError> {
+    let mut parts = parts.into_iter();
+    let Some(mut all) = parts.next() else {
+        return Ok(Sphere::new(LINE_RADIUS).into());
+    };
+    for part in parts {
+        all.merge(&part)?;
+    }
+    Ok(all)
+}
+
+/// Colours cutters by what they do, and brighter in the hand.
+fn paint(
+    hand: Res<Hand>,
+    cutters: Query<(Entity, &ClipMesh, &Hovered, &Children), With<Cutter>>,
+    coats: Query<(&Coat, &MeshMaterial3d<StandardMaterial>)>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    for (entity, clip, hovered, outline) in &cutters {
+        let color = match clip.operation {
+            ClipOperation::Subtract => SUBTRACTING,
+            ClipOperation::Intersect => INTERSECTING,
+        };
+        let is_in_hand = hand.grabbed.map_or(hovered.get(), |grabbed| grabbed == entity);
+        let attention = match (is_in_hand, hand.selected == Some(entity)) {
+            (true, _) => 2,
+            (false, true) => 1,
+            (false, false) => 0,
+        };
+        for (coat, material) in coats.iter_many(outline.iter().chain([entity])) {
+            let [body, line] = OPACITIES[attention];
+            let opacity = match coat {
+                Coat::Body => body,
+                Coat::Outline => line,
+            };
+            let wanted = Color::from(color.with_alpha(opacity));
+            if let Some(mut material) = materials.get_mut(&material.0)
+                && material.base_color != wanted
+            {
+                material.base_color = wanted;
+            }
+        }
+    }
+}

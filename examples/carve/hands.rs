@@ -1,0 +1,240 @@
+//! Moving, turning and scaling the cutters with pointer and keys.
+
+use bevy::{
+    input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
+    picking::hover::Hovered,
+    prelude::*,
+};
+use bevy_contextual_ao::prelude::*;
+use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_panorbit_camera::PanOrbitCamera;
+
+use crate::cutters::Cutter;
+
+/// What keys and pointer do, for the panel.
+pub const HELP: [[&str; 2]; 11] = [
+    ["drag a cutter", "move it"],
+    ["scroll over it", "nearer, farther"],
+    ["drag elsewhere", "orbit (right: pan, scroll: zoom)"],
+    ["Tab", "select the next cutter"],
+    ["Q  E", "nearer, farther"],
+    ["W A S D, arrows", "rotate"],
+    ["Z  X", "smaller, larger"],
+    ["Space", "remove or keep what is inside"],
+    ["R", "all cutters back to their start"],
+    ["1 to 5", "shading mode"],
+    ["Delete", "remove the selected point"],
+];
+/// Share of the distance to the camera by which one notch of the wheel moves a cutter.
+const DEPTH_PER_NOTCH: f32 = 0.015;
+/// The same per second while a key is held.
+const DEPTH_PER_SECOND: f32 = 0.15;
+/// Notches of a wheel in one pixel of a touch pad.
+const NOTCHES_PER_PIXEL: f32 = 0.02;
+/// Radians per second.
+const TURN_PER_SECOND: f32 = 1.2;
+/// Natural logarithm of the scale, per second.
+const GROWTH_PER_SECOND: f32 = 0.7;
+
+pub struct HandsPlugin;
+
+impl Plugin for HandsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Hand>()
+            .add_observer(grab)
+            .add_observer(drag)
+            .add_systems(
+                Update,
+                (
+                    (select_next, toggle_operation, reset, press_keys)
+                        .chain()
+                        .run_if(not(egui_wants_any_keyboard_input)),
+                    (let_go, scroll, lend_pointer_to_camera).chain(),
+                ),
+            );
+    }
+}
+
+/// The cutters that pointer and keys act on.
+#[derive(Resource, Default)]
+pub struct Hand {
+    /// Moved by keys.
+    pub selected: Option<Entity>,
+    /// Being dragged.
+    pub grabbed: Option<Entity>,
+}
+
+/// The scene's camera; the panel's has no orbit.
+type Eye = (With<PanOrbitCamera>, Without<Cutter>);
+
+fn grab(press: On<Pointer<Press>>, cutters: Query<(), With<Cutter>>, mut hand: ResMut<Hand>) {
+    if press.button == PointerButton::Primary && cutters.contains(press.entity) {
+        hand.selected = Some(press.entity);
+        hand.grabbed = Some(press.entity);
+    }
+}
+
+fn let_go(buttons: Res<ButtonInput<MouseButton>>, mut hand: ResMut<Hand>) {
+    if hand.grabbed.is_some() && !buttons.pressed(MouseButton::Left) {
+        hand.grabbed = None;
+    }
+}
+
+/// Moves a cutter as the pointer moves in the plane that faces the camera and holds its centre.
+fn drag(
+    drag: On<Pointer<Drag>>,
+    mut cutters: Query<&mut Transform, With<Cutter>>,
+    cameras: Query<(&Camera, &GlobalTransform), Eye>,
+) -> Result {
+    let (PointerButton::Primary, Ok(mut cutter)) = (drag.button, cutters.get_mut(drag.entity)) else {
+        return Ok(());
+    };
+    let (camera, eye) = cameras.single()?;
+    let plane = InfinitePlane3d::new(eye.forward());
+    let pointed_at = |position: Vec2| {
+        let ray = camera.viewport_to_world(eye, position).ok()?;
+        ray.plane_intersection_point(cutter.translation, plane)
+    };
+    let now = drag.pointer_location.position;
+    // Nothing is pointed at where the cutter is behind the camera.
+    if let (Some(from), Some(to)) = (pointed_at(now - drag.delta), pointed_at(now)) {
+        cutter.translation += to - from;
+    }
+    Ok(())
+}
+
+/// The cutter that scrolling acts on: the one in the hand, or else the one under the idle pointer.
+fn cutter_under_pointer(
+    hand: &Hand,
+    buttons: &ButtonInput<MouseButton>,
+    cutters: &Query<(Entity, &Hovered), With<Cutter>>,
+) -> Option<Entity> {
+    let is_idle = buttons.get_pressed().len() == 0;
+    let hovered = || cutters.iter().find(|(_, hovered)| hovered.get());
+    hand.grabbed
+        .or_else(|| hovered().filter(|_| is_idle).map(|(entity, _)| entity))
+}
+
+fn scroll(
+    wheel: Res<AccumulatedMouseScroll>,
+    hand: Res<Hand>,
+    buttons: Res<ButtonInput<MouseButton>>,
+    hovered: Query<(Entity, &Hovered), With<Cutter>>,
+    mut cutters: Query<&mut Transform, With<Cutter>>,
+    cameras: Query<&GlobalTransform, Eye>,
+) -> Result {
+    if wheel.delta.y == 0.0 {
+        return Ok(());
+    }
+    let notches = match wheel.unit {
+        MouseScrollUnit::Line => wheel.delta.y,
+        MouseScrollUnit::Pixel => wheel.delta.y * NOTCHES_PER_PIXEL,
+    };
+    if let Some(entity) = cutter_under_pointer(&hand, &buttons, &hovered) {
+        push(
+            &mut *cutters.get_mut(entity)?,
+            cameras.single()?,
+            notches * DEPTH_PER_NOTCH,
+        );
+    }
+    Ok(())
+}
+
+/// Moves a cutter away from the camera by a share of its distance.
+fn push(cutter: &mut Transform, eye: &GlobalTransform, share: f32) {
+    let distance = eye.translation().distance(cutter.translation);
+    cutter.translation += eye.forward() * (share * distance);
+}
+
+/// The camera may have the pointer and the wheel where no cutter wants them.
+fn lend_pointer_to_camera(
+    hand: Res<Hand>,
+    buttons: Res<ButtonInput<MouseButton>>,
+    hovered: Query<(Entity, &Hovered), With<Cutter>>,
+    mut cameras: Query<&mut PanOrbitCamera>,
+) {
+    let is_free = cutter_under_pointer(&hand, &buttons, &hovered).is_none();
+    for mut camera in &mut cameras {
+        if camera.enabled != is_free {
+            camera.enabled = is_free;
+        }
+    }
+}
+
+fn select_next(keys: Res<ButtonInput<KeyCode>>, cutters: Query<(Entity, &Cutter)>, mut hand: ResMut<Hand>) {
+    if !keys.just_pressed(KeyCode::Tab) {
+        return;
+    }
+    let mut order: Vec<_> = cutters.iter().collect();
+    order.sort_by_key(|(_, cutter)| cutter.index);
+    let selected = order
+        .iter()
+        .position(|&(entity, _)| hand.selected == Some(entity));
+    let next = selected.map_or(0, |index| index + 1);
+    hand.selected = order.get(next).or(order.first()).map(|&(entity, _)| entity);
+}
+
+fn toggle_operation(keys: Res<ButtonInput<KeyCode>>, hand: Res<Hand>, mut cutters: Query<&mut ClipMesh>) {
+    if !keys.just_pressed(KeyCode::Space) {
+        return;
+    }
+    if let Some(mut cutter) = hand.selected.and_then(|entity| cutters.get_mut(entity).ok()) {
+        cutter.operation = match cutter.operation {
+            ClipOperation::Subtract => ClipOperation::Intersect,
+            ClipOperation::Intersect => ClipOperation::Subtract,
+        };
+    }
+}
+
+fn reset(keys: Res<ButtonInput<KeyCode>>, mut cutters: Query<(&Cutter, &mut Transform, &mut ClipMesh)>) {
+    if keys.just_pressed(KeyCode::KeyR) {
+        for (cutter, mut transform, mut clip) in &mut cutters {
+            *transform = cutter.home;
+            clip.set_if_neq(ClipMesh::default());
+        }
+    }
+}
+
+/// Moves, turns and scales the selected cutter while keys are held.
+fn press_keys(
+    keys: Res<ButtonInput<KeyCode>>,
+    time: Res<Time>,
+    hand: Res<Hand>,
+    mut cutters: Query<&mut Transform, With<Cutter>>,
+    cameras: Query<&GlobalTransform, Eye>,
+) -> Result {
+    let Some(mut cutter) = hand.selected.and_then(|entity| cutters.get_mut(entity).ok()) else {
+        return Ok(());
+    };
+    let axis = |less: &[KeyCode], more: &[KeyCode]| {
+        let held = |keys_of: &[KeyCode]| f32::from(keys_of.iter().any(|&key| is_held(&keys, key)));
+        (held(more) - held(less)) * time.delta_secs()
+    };
+    let depth = axis(&[KeyCode::KeyQ], &[KeyCode::KeyE]);
+    let growth = axis(&[KeyCode::KeyZ], &[KeyCode::KeyX]);
+    let turn = Vec2::new(
+        axis(
+            &[KeyCode::KeyW, KeyCode::ArrowUp],
+            &[KeyCode::KeyS, KeyCode::ArrowDown],
+        ),
+        axis(
+            &[KeyCode::KeyA, KeyCode::ArrowLeft],
+            &[KeyCode::KeyD, KeyCode::ArrowRight],
+        ),
+    );
+    // Untouched, it must not count as changed.
+    if (depth, growth, turn) == (0.0, 0.0, Vec2::ZERO) {
+        return Ok(());
+    }
+    let eye = cameras.single()?;
+    push(&mut cutter, eye, depth * DEPTH_PER_SECOND);
+    cutter.scale *= (growth * GROWTH_PER_SECOND).exp();
+    let [pitch, yaw] = (turn * TURN_PER_SECOND).to_array();
+    cutter.rotate(Quat::from_axis_angle(*eye.right(), pitch) * Quat::from_axis_angle(*eye.up(), yaw));
+    Ok(())
+}
+
+/// Whether a key is down, or was for less than a frame.
+fn is_held(keys: &ButtonInput<KeyCode>, key: KeyCode) -> bool {
+    keys.pressed(key) || keys.just_pressed(key)
+}

@@ -1,0 +1,385 @@
+//! The panel: progress, shading, transfer function, timings and help.
+
+use bevy::{
+    asset::LoadState,
+    camera::Viewport,
+    diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
+    prelude::*,
+    window::PrimaryWindow,
+};
+use bevy_contextual_ao::{
+    diagnostics::{RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, latest_gpu_ms},
+    prelude::*,
+};
+use bevy_egui::{
+    EguiContexts, EguiInput, EguiPreUpdateSet, EguiPrimaryContextPass,
+    egui::{self, Color32, ComboBox, Grid, ProgressBar, RichText, Slider, Ui, scroll_area::ScrollSource},
+    input::egui_wants_any_keyboard_input,
+};
+use bevy_panorbit_camera::PanOrbitCamera;
+use std::time::{Duration, Instant};
+
+use crate::{
+    cutters::Cutter,
+    hands::{HELP, Hand},
+    loading::Shown,
+    transfer_editor::{self, TransferEditor},
+};
+
+/// Width of the panel, in points of the screen.
+const WIDTH: f32 = 330.0;
+const PADDING: f32 = 10.0;
+/// Dragging is for points and sliders.
+const SCROLLED_BY: ScrollSource = ScrollSource {
+    drag: false,
+    ..ScrollSource::ALL
+};
+/// A pass that last ran longer ago than this is at rest.
+const STALE: Duration = Duration::from_secs(2);
+const MAX_RAYS: u32 = 512;
+const MAX_STEPS: u32 = 100;
+const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
+const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
+const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
+const BYTES_PER_MIB: f64 = 1_048_576.0;
+
+pub struct PanelPlugin;
+
+impl Plugin for PanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<TransferEditor>()
+            .add_systems(
+                PreUpdate,
+                keep_tab_key
+                    .after(EguiPreUpdateSet::ProcessInput)
+                    .before(EguiPreUpdateSet::BeginPass),
+            )
+            .add_systems(
+                Update,
+                (
+                    leave_room,
+                    choose_mode_by_key.run_if(not(egui_wants_any_keyboard_input)),
+                ),
+            )
+            .add_systems(EguiPrimaryContextPass, show);
+    }
+}
+
+/// The volume and its settings.
+type ShownVolume = (
+    &'static Volume3d,
+    &'static VolumeTransferFunction,
+    &'static OcclusionProgress,
+    &'static mut AmbientOcclusion,
+    &'static mut VolumeShading,
+);
+
+/// What the panel only reads.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Readings<'w, 's> {
+    assets: Res<'w, AssetServer>,
+    shown: Res<'w, Shown>,
+    diagnostics: Res<'w, DiagnosticsStore>,
+    status: Res<'w, RenderStatus>,
+    hand: Res<'w, Hand>,
+    cutters: Query<'w, 's, (&'static Cutter, &'static ClipMesh)>,
+}
+
+/// When each pass last ran.
+#[derive(Default)]
+struct LastRuns([Option<(u64, Instant)>; SPANS.len()]);
+
+impl LastRuns {
+    /// Whether a pass that has done `jobs` since the start did one lately.
+    fn is_recent(&mut self, pass: usize, jobs: u64) -> bool {
+        let Some(last) = self.0.get_mut(pass) else {
+            return false;
+        };
+        match last {
+            Some((before, at)) if *before == jobs => at.elapsed() < STALE,
+            _ => {
+                *last = Some((jobs, Instant::now()));
+                jobs > 0
+            }
+        }
+    }
+}
+
+/// The Tab key selects cutters here, not widgets.
+fn keep_tab_key(mut inputs: Query<&mut EguiInput>) {
+    let is_tab = |event: &egui::Event| {
+        matches!(
+            event,
+            egui::Event::Key {
+                key: egui::Key::Tab,
+                ..
+            }
+        )
+    };
+    for mut input in &mut inputs {
+        input.events.retain(|event| !is_tab(event));
+    }
+}
+
+/// Gives the scene's camera what the panel leaves free of the window.
+fn leave_room(
+    windows: Query<&Window, With<PrimaryWindow>>,
+    mut cameras: Query<&mut Camera, With<PanOrbitCamera>>,
+) {
+    let Ok(window) = windows.single() else {
+        return;
+    };
+    let size = window.physical_size();
+    let left = ((WIDTH * window.scale_factor()) as u32).min(size.x.saturating_sub(1));
+    let free = UVec2::new(size.x - left, size.y).max(UVec2::ONE);
+    for mut camera in &mut cameras {
+        let current = camera.viewport.as_ref();
+        if current.map(|viewport| viewport.physical_size) != Some(free) {
+            camera.viewport = Some(Viewport {
+                physical_position: UVec2::new(left, 0),
+                physical_size: free,
+                ..default()
+            });
+        }
+    }
+}
+
+fn choose_mode_by_key(keys: Res<ButtonInput<KeyCode>>, mut volumes: Query<&mut VolumeShading>) {
+    let digits = [
+        KeyCode::Digit1,
+        KeyCode::Digit2,
+        KeyCode::Digit3,
+        KeyCode::Digit4,
+        KeyCode::Digit5,
+    ];
+    for (key, mode) in digits.into_iter().zip(ShadingMode::ALL) {
+        if keys.just_pressed(key) {
+            for mut shading in &mut volumes {
+                let new = VolumeShading {
+                    mode,
+                    ..shading.clone()
+                };
+                shading.set_if_neq(new);
+            }
+        }
+    }
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    readings: Readings,
+    mut volumes: Query<ShownVolume>,
+    mut functions: ResMut<Assets<TransferFunction>>,
+    mut editor: ResMut<TransferEditor>,
+    mut last_runs: Local<LastRuns>,
+    by_clock: ResMut<TimePassesByClock>,
+) -> Result {
+    let mut by_clock = Mut::from(by_clock);
+    let context = contexts.ctx_mut()?;
+    let height = context.content_rect().height();
+    let area = egui::Area::new("panel".into())
+        .fixed_pos(egui::Pos2::ZERO)
+        .movable(false);
+    area.show(context, |ui| {
+        let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(PADDING);
+        frame.show(ui, |ui| {
+            ui.set_width(WIDTH - 2.0 * PADDING);
+            ui.set_height((height - 2.0 * PADDING).max(0.0));
+            let scroll = egui::ScrollArea::vertical()
+                .auto_shrink(false)
+                .scroll_source(SCROLLED_BY);
+            scroll.show(ui, |ui| {
+                for (volume, function, progress, occlusion, shading) in &mut volumes {
+                    show_progress(ui, &readings, volume, *progress);
+                    ui.separator();
+                    show_shading(ui, shading);
+                    show_occlusion(ui, occlusion);
+                    ui.separator();
+                    if let Some(content) = &readings.shown.content {
+                        edit_function(ui, &mut editor, functions.get_mut(&function.0), content);
+                        ui.separator();
+                    }
+                }
+                show_cutter(ui, &readings);
+                show_timings(ui, &readings, &mut last_runs, by_clock.reborrow());
+                show_help(ui);
+            });
+        });
+    });
+    give_keys_back(context);
+    Ok(())
+}
+
+/// A slider keeps the keyboard after it was used; only fields that are being written in may.
+fn give_keys_back(context: &egui::Context) {
+    if !context.text_edit_focused()
+        && let Some(focused) = context.memory(|memory| memory.focused())
+    {
+        context.memory_mut(|memory| memory.surrender_focus(focused));
+    }
+}
+
+fn show_progress(ui: &mut Ui, readings: &Readings, volume: &Volume3d, progress: OcclusionProgress) {
+    let shown = &readings.shown;
+    ui.strong(&shown.name);
+    for error in &shown.errors {
+        ui.colored_label(ERROR, error);
+    }
+    match (&shown.content, readings.assets.get_load_state(&volume.0)) {
+        (Some(content), _) => {
+            ui.weak(&content.summary);
+            let bar = ProgressBar::new(progress.0);
+            ui.add(if progress.0 < 1.0 {
+                bar.text(format!("ambient occlusion {:.0} %", progress.0 * 100.0))
+            } else {
+                bar.text("ambient occlusion complete")
+            });
+        }
+        (None, Some(LoadState::Failed(_))) => {
+            ui.weak("nothing to show");
+        }
+        // How much of the file has been read is not known.
+        (None, _) => {
+            let sweep = (ui.input(|input| input.time) % 1.0) as f32;
+            ui.add(ProgressBar::new(sweep).text("reading the file"));
+        }
+    }
+}
+
+fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>) {
+    let mut new = shading.clone();
+    ui.horizontal_wrapped(|ui| {
+        for mode in ShadingMode::ALL {
+            ui.selectable_value(&mut new.mode, mode, mode.name());
+        }
+    });
+    ui.add(Slider::new(&mut new.step_voxels, STEP_VOXELS).text("drawing step, voxels"));
+    ui.checkbox(&mut new.jitter, "jitter the drawing steps");
+    shading.set_if_neq(new);
+}
+
+fn show_occlusion(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
+    let mut new = occlusion.clone();
+    let rays = new.pattern.rays();
+    let patterns = [
+        RayPattern::Neighborhood6,
+        RayPattern::Neighborhood14,
+        RayPattern::Neighborhood26,
+        RayPattern::Rubik54,
+        RayPattern::Sphere512,
+        // Of as many rays as there are now.
+        RayPattern::Fibonacci(rays),
+    ];
+    let name = |pattern: RayPattern| match pattern {
+        RayPattern::Fibonacci(_) => "fibonacci".into(),
+        pattern => pattern.to_string(),
+    };
+    ComboBox::from_label("ray pattern")
+        .selected_text(name(new.pattern))
+        .show_ui(ui, |ui| {
+            for pattern in patterns {
+                ui.selectable_value(&mut new.pattern, pattern, name(pattern));
+            }
+        });
+    if let RayPattern::Fibonacci(rays) = &mut new.pattern {
+        ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
+    }
+    ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
+    ui.add(
+        Slider::new(&mut new.step_mm, STEP_MM)
+            .logarithmic(true)
+            .text("step, mm"),
+    );
+    // Any change restarts the computation.
+    occlusion.set_if_neq(new);
+}
+
+fn edit_function(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    function: Option<bevy::asset::AssetMut<TransferFunction>>,
+    content: &crate::loading::Content,
+) {
+    let Some(mut function) = function else {
+        ui.weak("the transfer function is being read");
+        return;
+    };
+    let mut new = function.clone();
+    transfer_editor::show(ui, editor, &mut new, content);
+    if new != *function {
+        *function = new;
+    }
+}
+
+fn show_cutter(ui: &mut Ui, readings: &Readings) {
+    let selected = readings.hand.selected;
+    if let Some((cutter, clip)) = selected.and_then(|entity| readings.cutters.get(entity).ok()) {
+        let does = match clip.operation {
+            ClipOperation::Subtract => "removes what is inside",
+            ClipOperation::Intersect => "keeps what is inside",
+        };
+        ui.label(format!("selected: {}, {does}", cutter.name));
+    }
+}
+
+fn show_timings(
+    ui: &mut Ui,
+    readings: &Readings,
+    last_runs: &mut LastRuns,
+    mut by_clock: Mut<TimePassesByClock>,
+) {
+    let fps = readings
+        .diagnostics
+        .get(&FrameTimeDiagnosticsPlugin::FPS)
+        .and_then(|fps| fps.smoothed());
+    let passes = readings.status.passes;
+    Grid::new("timings").num_columns(3).striped(true).show(ui, |ui| {
+        let mut row = |name: &str, ms: Option<f64>, jobs: String| {
+            ui.label(name);
+            match ms {
+                Some(ms) => ui.monospace(format!("{ms:.2} ms")),
+                None => ui.weak("at rest"),
+            };
+            ui.weak(jobs);
+            ui.end_row();
+        };
+        for (index, span) in SPANS.into_iter().enumerate() {
+            let ms = passes
+                .clock_ms(span)
+                .filter(|_| by_clock.0)
+                .or_else(|| latest_gpu_ms(&readings.diagnostics, span));
+            let name = span.rsplit('/').next().unwrap_or(span).replace('_', " ");
+            let jobs = passes.jobs(span);
+            let is_recent = last_runs.is_recent(index, jobs);
+            row(&name, ms.filter(|_| is_recent), format!("{jobs} so far"));
+        }
+        row(
+            "drawing",
+            latest_gpu_ms(&readings.diagnostics, SPAN_DRAW),
+            String::new(),
+        );
+    });
+    let mut is_by_clock = by_clock.0;
+    ui.checkbox(&mut is_by_clock, "time by the clock (waits after each pass)");
+    by_clock.set_if_neq(TimePassesByClock(is_by_clock));
+    let usage = readings.status.usage;
+    let mib = usage.bytes as f64 / BYTES_PER_MIB;
+    ui.label(format!("{} textures of {mib:.1} MiB on the GPU", usage.textures));
+    if let Some(fps) = fps {
+        ui.label(format!("{fps:.1} frames per second"));
+    }
+}
+
+fn show_help(ui: &mut Ui) {
+    egui::CollapsingHeader::new("help")
+        .default_open(true)
+        .show(ui, |ui| {
+            Grid::new("help").num_columns(2).show(ui, |ui| {
+                for [keys, effect] in HELP {
+                    ui.label(RichText::new(keys).strong());
+                    ui.label(effect);
+                    ui.end_row();
+                }
+            });
+        });
+}

@@ -1,0 +1,248 @@
+//! A Bevy app without a window that renders into an image, frame by frame.
+
+use bevy::{
+    app::PluginsState,
+    asset::{RenderAssetUsages, UnapprovedPathMode},
+    camera::RenderTarget,
+    core_pipeline::tonemapping::Tonemapping,
+    diagnostic::DiagnosticsStore,
+    ecs::schedule::ScheduleLabel,
+    prelude::*,
+    render::{
+        RenderApp, RenderPlugin,
+        diagnostic::RenderDiagnosticsPlugin,
+        render_asset::RenderAssets,
+        render_resource::{
+            BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, MapMode, PollType,
+            TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
+        },
+        renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
+        texture::GpuImage,
+    },
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+use bevy_contextual_ao::{
+    diagnostics::{RenderStatus, TimePassesByClock, latest_gpu_ms},
+    prelude::*,
+    render::{VolumeStore, VolumeTexture},
+};
+use std::path::Path;
+
+/// The app and the image that it renders into.
+pub struct Headless {
+    /// The app; its frames are run with [`Headless::frame`].
+    pub app: App,
+    target: Handle<Image>,
+}
+
+/// Volumes that could not be shown.
+#[derive(Resource, Default)]
+struct Failures(Vec<String>);
+
+impl Headless {
+    /// An app with the plugin and an image of `size` pixels to render into. `setup` may add more.
+    pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
+        let mut app = App::new();
+        let plugins = DefaultPlugins
+            .set(WindowPlugin {
+                primary_window: None,
+                exit_condition: ExitCondition::DontExit,
+                ..default()
+            })
+            .set(RenderPlugin {
+                synchronous_pipeline_compilation: true,
+                ..default()
+            })
+            .set(AssetPlugin {
+                file_path: Path::new(env!("CARGO_MANIFEST_DIR"))
+                    .join("assets")
+                    .to_string_lossy()
+                    .into_owned(),
+                unapproved_path_mode: UnapprovedPathMode::Allow,
+                ..default()
+            })
+            .disable::<WinitPlugin>()
+            // Frame by frame: what is changed before a frame is seen in that frame's image.
+            .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
+            .disable::<bevy::log::LogPlugin>();
+        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()))
+            .init_resource::<Failures>()
+            .add_observer(|failed: On<VolumeFailed>, mut failures: ResMut<Failures>| {
+                failures.0.push(failed.error.clone());
+            });
+        setup(&mut app);
+        while app.plugins_state() == PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        // Timestamps of software drivers say nothing about compute passes.
+        let device_type = app.world().resource::<RenderAdapterInfo>().device_type;
+        app.insert_resource(TimePassesByClock(format!("{device_type:?}") == "Cpu"));
+
+        let extent = Extent3d {
+            width: size.x,
+            height: size.y,
+            ..default()
+        };
+        let mut image =
+            Image::new_target_texture(extent.width, extent.height, TextureFormat::Rgba8UnormSrgb, None);
+        image.asset_usage = RenderAssetUsages::RENDER_WORLD;
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+        Self { app, target }
+    }
+
+    /// What a camera that renders into the image needs.
+    pub fn camera(&self) -> impl Bundle {
+        (
+            Camera3d::default(),
+            RenderTarget::Image(self.target.clone().into()),
+            // Shows colours as the transfer function has them.
+            Tonemapping::None,
+            Msaa::Off,
+        )
+    }
+
+    /// Runs one frame, and waits for the GPU to finish it.
+    pub fn frame(&mut self) {
+        self.app.update();
+        let device = self.app.world().resource::<RenderDevice>();
+        // An error means that the device was lost; the frames that follow show nothing.
+        let _ = device.poll(PollType::wait_indefinitely());
+    }
+
+    /// Runs frames until the volume has been read and drawn for the first time with all its
+    /// occlusion, or its file could not be read.
+    pub fn until_ready(&mut self, volume: Entity) -> Result<(), String> {
+        // Nobody looks meanwhile.
+        self.set_cameras_active(false);
+        for frame in 0.. {
+            self.frame();
+            // A change needs this many frames to show in the progress: asset event, frame, report.
+            if frame < 3 {
+                continue;
+            }
+            if let Some(error) = self.app.world().resource::<Failures>().0.first() {
+                return Err(error.clone());
+            }
+            if self.is_ready(volume) {
+                self.set_cameras_active(true);
+                self.frame();
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn set_cameras_active(&mut self, is_active: bool) {
+        let world = self.app.world_mut();
+        for mut camera in world.query::<&mut Camera>().iter_mut(world) {
+            camera.is_active = is_active;
+        }
+    }
+
+    fn is_ready(&self, volume: Entity) -> bool {
+        let progress = self.app.world().get::<OcclusionProgress>(volume);
+        progress.is_some_and(|progress| progress.0 >= 1.0)
+    }
+
+    /// The rendered image, RGBA, rows downwards.
+    #[allow(dead_code, reason = "not every example that includes this file needs it")]
+    pub fn image(&self) -> Vec<u8> {
+        let world = self.render_world();
+        let images = world.resource::<RenderAssets<GpuImage>>();
+        images
+            .get(&self.target)
+            .map(|image| read_texture(world, &image.texture))
+            .unwrap_or_default()
+    }
+
+    /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
+    #[allow(dead_code, reason = "not every example that includes this file needs it")]
+    pub fn voxels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
+        let Some(texture) = self.texture(volume, which) else {
+            return Vec::new();
+        };
+        let bytes_per_voxel = texture.format().block_copy_size(None).unwrap_or(1) as usize;
+        let bytes = read_texture(self.render_world(), &texture);
+        bytes.into_iter().step_by(bytes_per_voxel).collect()
+    }
+
+    fn texture(&self, volume: Entity, which: VolumeTexture) -> Option<Texture> {
+        self.render_world()
+            .resource::<VolumeStore>()
+            .texture(volume, which)
+            .cloned()
+    }
+
+    fn render_world(&self) -> &World {
+        self.app.sub_app(RenderApp).world()
+    }
+
+    /// Milliseconds that a pass took when it last ran.
+    #[allow(dead_code, reason = "not every example that includes this file needs it")]
+    pub fn pass_ms(&self, span: &str) -> f64 {
+        let status = self.app.world().resource::<RenderStatus>();
+        let by_clock = status.passes.clock_ms(span);
+        by_clock
+            .or_else(|| latest_gpu_ms(self.diagnostics(), span))
+            .unwrap_or(0.0)
+    }
+
+    /// The diagnostics of the frames so far.
+    #[allow(dead_code, reason = "not every example that includes this file needs it")]
+    pub fn diagnostics(&self) -> &DiagnosticsStore {
+        self.app.world().resource::<DiagnosticsStore>()
+    }
+
+    /// Counts how often a schedule runs in the render world; for tests.
+    #[allow(dead_code, reason = "not every example that includes this file needs it")]
+    pub fn add_render_system<M>(
+        &mut self,
+        schedule: impl ScheduleLabel,
+        system: impl IntoSystem<(), (), M> + 'static,
+    ) {
+        self.app.sub_app_mut(RenderApp).add_systems(schedule, system);
+    }
+}
+
+/// Copies a texture to the CPU, its rows packed.
+fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
+    let device = render_world.resource::<RenderDevice>();
+    let queue = render_world.resource::<RenderQueue>();
+    let size = texture.size();
+    let row = size.width as usize * texture.format().block_copy_size(None).unwrap_or(1) as usize;
+    let padded = RenderDevice::align_copy_bytes_per_row(row);
+    let rows = size.height as usize * size.depth_or_array_layers as usize;
+    let buffer = device.create_buffer(&BufferDescriptor {
+        label: Some("read back"),
+        size: (padded * rows) as u64,
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded as u32),
+                rows_per_image: Some(size.height),
+            },
+        },
+        size,
+    );
+    queue.submit([encoder.finish()]);
+    let slice = buffer.slice(..);
+    device.map_buffer(&slice, MapMode::Read, |_| {});
+    let _ = device.poll(PollType::wait_indefinitely());
+    let mapped = slice.get_mapped_range();
+    mapped
+        .chunks(padded)
+        .flat_map(|line| &line[..row])
+        .copied()
+        .collect()
+}

@@ -1,0 +1,223 @@
+//! Measures carve frames without a window: moves the first carver one voxel per frame along the
+//! view's horizontal and prints one JSON line per shading mode and ray pattern.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
+use bevy_contextual_ao::{
+    diagnostics::{CountWork, SPAN_CLASSIFY, SPAN_DRAW, SPAN_RAY_CAST, Work, latest_gpu_ms, latest_work},
+    prelude::*,
+    volume::WORLD_UNITS_PER_MM,
+};
+use clap::Parser;
+use common::{
+    headless::Headless,
+    scene::{Scene, SceneOptions},
+};
+use serde_json::json;
+use std::time::Instant;
+
+/// Measures carve frames.
+#[derive(Parser)]
+struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// solid, phong, cao, phong_cao, lao; several may be given.
+    #[arg(long = "mode", num_args = 1.., default_values = ["cao", "lao"])]
+    modes: Vec<ShadingMode>,
+    /// neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512, fibonacci:N; several may
+    /// be given.
+    #[arg(long = "pattern", num_args = 1.., default_values_t = [RayPattern::Rubik54])]
+    patterns: Vec<RayPattern>,
+    /// Frames that are measured.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    /// Frames before those.
+    #[arg(long, default_value_t = 3)]
+    warmup: u32,
+}
+
+fn main() -> Result<(), String> {
+    let options = Options::parse();
+    let mut headless = Headless::new(options.scene.size, |_| {});
+    let scene = options.scene.spawn(&mut headless)?;
+    if scene.carvers.is_empty() {
+        return Err("--carver is missing: there would be nothing to measure".into());
+    }
+    let adapter = headless.app.world().resource::<RenderAdapterInfo>();
+    eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info);
+    for &pattern in &options.patterns {
+        for &mode in &options.modes {
+            let line = Measurement::new(&mut headless, &scene, &options).run(mode, pattern)?;
+            println!("{line}");
+        }
+    }
+    Ok(())
+}
+
+/// One configuration at work.
+struct Measurement<'a> {
+    headless: &'a mut Headless,
+    scene: &'a Scene,
+    options: &'a Options,
+    start: Transform,
+}
+
+/// Milliseconds of one frame.
+#[derive(Clone, Copy, Default)]
+struct FrameTimes {
+    total: f64,
+    clip: f64,
+    cast: f64,
+    draw: f64,
+}
+
+impl<'a> Measurement<'a> {
+    fn new(headless: &'a mut Headless, scene: &'a Scene, options: &'a Options) -> Self {
+        let start = *headless
+            .app
+            .world()
+            .get::<Transform>(scene.carvers[0])
+            .unwrap_or(&Transform::IDENTITY);
+        Self {
+            headless,
+            scene,
+            options,
+            start,
+        }
+    }
+
+    fn run(mut self, mode: ShadingMode, pattern: RayPattern) -> Result<serde_json::Value, String> {
+        self.set_mode(mode);
+        self.set_pattern(pattern);
+        self.headless.until_ready(self.scene.volume)?;
+        let mut times = Vec::new();
+        for frame in 0..self.options.warmup + self.options.frames {
+            let measured = self.measure_frame(frame);
+            if frame >= self.options.warmup {
+                times.push(measured);
+            }
+        }
+        let work = self.count_work();
+        let image = self.headless.image();
+        // The same pose, everything recomputed.
+        let different = if mode.uses_occlusion() && !mode.uses_light() {
+            self.set_mode(ShadingMode::Lao);
+            self.headless.frame();
+            let reference = self.headless.image();
+            Some(count_different(&image, &reference))
+        } else {
+            None
+        };
+        self.move_carver(0);
+        let median = |value: fn(&FrameTimes) -> f64| median(times.iter().map(value).collect());
+        Ok(json!({
+            "scene": self.scene.name,
+            "mode": mode.name(),
+            "pattern": pattern.to_string(),
+            "rays": pattern.rays(),
+            "steps": self.options.scene.steps,
+            "voxels": self.scene.voxels,
+            "recast_voxels": work.voxels,
+            "samples": work.samples,
+            "frames": self.options.frames,
+            "ms_total": median(|t| t.total),
+            "ms_clip": median(|t| t.clip),
+            "ms_cast": median(|t| t.cast),
+            "ms_draw": median(|t| t.draw),
+            "pixels_different_from_lao": different,
+        }))
+    }
+
+    fn set_mode(&mut self, mode: ShadingMode) {
+        if let Some(mut shading) = self
+            .headless
+            .app
+            .world_mut()
+            .get_mut::<VolumeShading>(self.scene.volume)
+        {
+            shading.mode = mode;
+        }
+    }
+
+    fn set_pattern(&mut self, pattern: RayPattern) {
+        let world = self.headless.app.world_mut();
+        if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(self.scene.volume) {
+            occlusion.pattern = pattern;
+        }
+    }
+
+    /// Puts the carver where it is after this many frames: to and fro by up to 8 voxels.
+    fn move_carver(&mut self, frame: u32) {
+        const WAY: u32 = 8;
+        let phase = frame % (2 * WAY);
+        let voxels = if phase <= WAY { phase } else { 2 * WAY - phase } as f32;
+        let offset = self.scene.view.right() * (voxels * self.scene.voxel_mm * WORLD_UNITS_PER_MM);
+        let world = self.headless.app.world_mut();
+        if let Some(mut transform) = world.get_mut::<Transform>(self.scene.carvers[0]) {
+            transform.translation = self.start.translation + offset;
+        }
+    }
+
+    fn measure_frame(&mut self, frame: u32) -> FrameTimes {
+        self.move_carver(frame);
+        let begin = Instant::now();
+        self.headless.frame();
+        let total = begin.elapsed().as_secs_f64() * 1e3;
+        let is_cast = self.mode().uses_occlusion();
+        let is_clipped = is_cast || self.mode().uses_light();
+        FrameTimes {
+            total,
+            clip: if is_clipped {
+                self.headless.pass_ms(SPAN_CLASSIFY)
+            } else {
+                0.0
+            },
+            cast: if is_cast {
+                self.headless.pass_ms(SPAN_RAY_CAST)
+            } else {
+                0.0
+            },
+            draw: latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0),
+        }
+    }
+
+    fn mode(&self) -> ShadingMode {
+        let shading = self.headless.app.world().get::<VolumeShading>(self.scene.volume);
+        shading.map_or(default(), |shading| shading.mode)
+    }
+
+    /// Work of one more carve frame, counted in frames of its own.
+    fn count_work(&mut self) -> Work {
+        if !self.mode().uses_occlusion() {
+            return Work::default();
+        }
+        self.headless.app.insert_resource(CountWork(true));
+        // The counts of a frame arrive in a later one; the carver moves on in all of them.
+        let last = self.options.warmup + self.options.frames;
+        for frame in last..last + 4 {
+            self.move_carver(frame);
+            self.headless.frame();
+        }
+        let work = latest_work(self.headless.diagnostics()).unwrap_or_default();
+        self.headless.app.insert_resource(CountWork(false));
+        self.headless.frame();
+        work
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 {
+        values[middle]
+    } else {
+        (values[middle - 1] + values[middle]) / 2.0
+    }
+}
+
+/// Pixels that are not the same in two RGBA images of one size.
+fn count_different(a: &[u8], b: &[u8]) -> usize {
+    a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
+}

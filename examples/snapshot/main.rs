@@ -1,0 +1,59 @@
+//! Renders a volume with carvers to a PNG, without a window, and prints the time of every pass.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use bevy::prelude::*;
+use bevy_contextual_ao::{
+    diagnostics::{SPAN_DRAW, SPANS},
+    prelude::*,
+};
+use clap::Parser;
+use common::{headless::Headless, scene::SceneOptions};
+use std::path::PathBuf;
+
+/// Renders a volume with carvers to a PNG.
+#[derive(Parser)]
+struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// solid, phong, cao, phong_cao or lao.
+    #[arg(long, default_value = "cao")]
+    mode: ShadingMode,
+    /// neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512 or fibonacci:N.
+    #[arg(long, default_value_t = RayPattern::default())]
+    pattern: RayPattern,
+    /// Where the image goes.
+    #[arg(long, default_value = "snapshot.png")]
+    out: PathBuf,
+}
+
+fn main() -> Result<(), String> {
+    let options = Options::parse();
+    let mut headless = Headless::new(options.scene.size, |app| {
+        app.insert_resource(ClearColor(Color::srgb(0.06, 0.07, 0.08)));
+    });
+    let scene = options.scene.spawn(&mut headless)?;
+    let world = headless.app.world_mut();
+    if let Some(mut shading) = world.get_mut::<VolumeShading>(scene.volume) {
+        shading.mode = options.mode;
+    }
+    if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(scene.volume) {
+        occlusion.pattern = options.pattern;
+    }
+    headless.until_ready(scene.volume)?;
+    let pixels = headless.image();
+    let UVec2 { x: width, y: height } = options.scene.size;
+    image::save_buffer(&options.out, &pixels, width, height, image::ColorType::Rgba8)
+        .map_err(|error| format!("{}: {error}", options.out.display()))?;
+    // Timings arrive a frame or two after their pass.
+    for _ in 0..3 {
+        headless.frame();
+    }
+    println!("{} ({} voxels), {}", scene.name, scene.voxels, options.pattern);
+    for span in SPANS.into_iter().chain([SPAN_DRAW]) {
+        println!("{span:32} {:9.2} ms", headless.pass_ms(span));
+    }
+    println!("{}", options.out.display());
+    Ok(())
+}

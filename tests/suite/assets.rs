@@ -1,0 +1,166 @@
+//! Files through Bevy's asset server, and the demo asset.
+
+use bevy::{asset::AssetPath, prelude::*};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{Intensities, TransferFunctionLoader, phantom::head_phantom, read_volume_file},
+};
+use std::path::{Path, PathBuf};
+
+use crate::{headless::Headless, scene::IMAGE};
+
+/// A folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}", std::process::id()));
+    std::fs::create_dir_all(&path).expect("the temporary folder can be made");
+    path
+}
+
+#[derive(Resource, Default)]
+struct Seen {
+    loaded: u32,
+    failed: Vec<String>,
+}
+
+fn app() -> Headless {
+    Headless::new(IMAGE, |app| {
+        app.init_resource::<Seen>()
+            .add_observer(|_: On<VolumeLoaded>, mut seen: ResMut<Seen>| seen.loaded += 1)
+            .add_observer(|event: On<VolumeFailed>, mut seen: ResMut<Seen>| {
+                seen.failed.push(event.error.clone())
+            });
+    })
+}
+
+/// Shows the file and runs frames until it has been read, or not.
+fn load(app: &mut Headless, path: &Path) -> Entity {
+    let world = app.app.world_mut();
+    let handle: Handle<Volume> = world
+        .resource::<AssetServer>()
+        .load(AssetPath::from_path_buf(path.to_owned()));
+    let entity = world.spawn(VolumeBundle::new(handle)).id();
+    let before = (
+        world.resource::<Seen>().loaded,
+        world.resource::<Seen>().failed.len(),
+    );
+    for _ in 0..2000 {
+        app.frame();
+        let seen = app.app.world().resource::<Seen>();
+        if (seen.loaded, seen.failed.len()) != before {
+            return entity;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    panic!("neither VolumeLoaded nor VolumeFailed for {}", path.display());
+}
+
+#[test]
+fn files_load_and_failures_name_file_and_cause() {
+    let folder = folder("loaders");
+    let header =
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 4 3 2\nspacings: 1 2 3\nencoding: raw\n";
+    std::fs::write(
+        folder.join("split.nhdr"),
+        format!("{header}data file: split.raw\n"),
+    )
+    .expect("write");
+    std::fs::write(folder.join("split.raw"), [7; 24]).expect("write");
+    std::fs::write(folder.join("short.nrrd"), format!("{header}\nonly a few")).expect("write");
+    std::fs::write(
+        folder.join("lost.nhdr"),
+        format!("{header}data file: nowhere.raw\n"),
+    )
+    .expect("write");
+
+    let mut app = app();
+    let entity = load(&mut app, &folder.join("split.nhdr"));
+    let world = app.app.world();
+    assert!(
+        world.resource::<Seen>().failed.is_empty(),
+        "{:?}",
+        world.resource::<Seen>().failed
+    );
+    let handle = world.get::<Volume3d>(entity).expect("the volume");
+    let volume = world.resource::<Assets<Volume>>().get(&handle.0).expect("loaded");
+    assert_eq!(volume.dimensions(), UVec3::new(4, 3, 2));
+    assert_eq!(volume.intensities(), &Intensities::U8(vec![7; 24]));
+
+    for (file, names) in [
+        ("short.nrrd", ["short.nrrd", "truncated"]),
+        ("lost.nhdr", ["lost.nhdr", "nowhere.raw"]),
+    ] {
+        load(&mut app, &folder.join(file));
+        let error = app
+            .app
+            .world()
+            .resource::<Seen>()
+            .failed
+            .last()
+            .cloned()
+            .unwrap_or_default();
+        for name in names {
+            assert!(error.contains(name), "{file}: `{error}` does not name {name}");
+        }
+    }
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
+fn the_demo_asset_is_what_the_generator_makes() {
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let volume = read_volume_file(&assets.join("head_phantom.nrrd")).expect("the demo volume");
+    let phantom = head_phantom(160);
+    assert_eq!(volume.dimensions(), phantom.dimensions);
+    assert!((volume.spacing_mm() - phantom.spacing_mm).abs().max_element() < 1e-6);
+    let width = phantom.dimensions.x as usize * phantom.dimensions.y as usize;
+    for (z, slice) in phantom.values.chunks(width).enumerate() {
+        for (k, expected) in slice.iter().enumerate().step_by(7) {
+            let voxel = UVec3::new(
+                k as u32 % phantom.dimensions.x,
+                k as u32 / phantom.dimensions.x,
+                z as u32,
+            );
+            assert_eq!(volume.value_at(voxel), Some(*expected as f64), "{voxel}");
+        }
+    }
+    let text =
+        std::fs::read_to_string(assets.join("head_phantom.tf.ron")).expect("the demo transfer function");
+    TransferFunction::from_ron(&text).expect("a valid transfer function");
+}
+
+#[test]
+fn both_kinds_of_transfer_function_files_load() {
+    use bevy::asset::AssetLoader;
+    assert_eq!(TransferFunctionLoader.extensions(), ["vp", "tf.ron"]);
+    let folder = folder("functions");
+    let ron = TransferFunction::ramp(10.0, 20.0, 0.5, [1.0, 0.5, 0.25]).expect("a ramp");
+    std::fs::write(folder.join("ramp.tf.ron"), ron.to_ron().expect("ron")).expect("write");
+    std::fs::write(
+        folder.join("ramp.vp"),
+        "1\n1\n0.2\n0.8\n0.1\n5\n4 10 0 20 0.5\n4 0 1 255 1\n8 10 1 0.5 0.25 20 1 0.5 0.25\n",
+    )
+    .expect("write");
+    let mut app = app();
+    let world = app.app.world_mut();
+    let handles: Vec<Handle<TransferFunction>> = ["ramp.tf.ron", "ramp.vp"]
+        .map(|file| {
+            world
+                .resource::<AssetServer>()
+                .load(AssetPath::from_path_buf(folder.join(file)))
+        })
+        .into();
+    for _ in 0..2000 {
+        app.frame();
+        let functions = app.app.world().resource::<Assets<TransferFunction>>();
+        if handles.iter().all(|handle| functions.contains(handle)) {
+            for handle in &handles {
+                let sample = functions.get(handle).expect("loaded").sample(15.0);
+                assert!((sample[3] - 0.25).abs() < 1e-6, "{sample:?}");
+            }
+            let _ = std::fs::remove_dir_all(folder);
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    panic!("the transfer functions do not load");
+}

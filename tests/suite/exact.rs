@@ -1,0 +1,184 @@
+//! Contextual ambient occlusion equals local ambient occlusion, bit for bit, wherever a renderer
+//! can read it, and so do the images.
+
+use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
+use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+
+use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
+
+/// A category byte of a clipped voxel, whose value no renderer reads.
+const CLIPPED: u8 = 0;
+
+fn occlusion() -> AmbientOcclusion {
+    AmbientOcclusion {
+        pattern: RayPattern::Fibonacci(14),
+        steps: 6,
+        step_mm: 1.0,
+    }
+}
+
+fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
+    let volume = folded_volume(UVec3::new(34, 29, 26), spacing);
+    TestScene::new(volume, function, occlusion(), ShadingMode::Cao)
+}
+
+fn torus() -> Mesh {
+    Torus {
+        minor_radius: 3.5,
+        major_radius: 9.0,
+    }
+    .mesh()
+    .into()
+}
+
+/// Compares the scene as it is with everything recomputed; returns the share of recast voxels.
+fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
+    scene.settle();
+    let (cao, categories, image) = (scene.occlusion(), scene.categories(), scene.headless.image());
+    scene.set_mode(ShadingMode::Lao);
+    scene.headless.frame();
+    let (lao, reference) = (scene.occlusion(), scene.headless.image());
+    scene.set_mode(ShadingMode::Cao);
+    let different = (0..cao.len())
+        .filter(|&i| categories[i] != CLIPPED && cao[i] != lao[i])
+        .count();
+    assert_eq!(different, 0, "{name}: voxels that differ, of {}", cao.len());
+    let pixels = image
+        .chunks(4)
+        .zip(reference.chunks(4))
+        .filter(|(a, b)| a != b)
+        .count();
+    assert_eq!(pixels, 0, "{name}: pixels that differ");
+    let lit = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count();
+    assert!(
+        lit > image.len() / 4 / 20,
+        "{name}: the image shows next to nothing ({lit} pixels)"
+    );
+    let recast = categories
+        .iter()
+        .filter(|&&c| c != CLIPPED && c != u8::MAX)
+        .count();
+    let clipped = categories.iter().filter(|&&c| c == CLIPPED).count();
+    assert!(recast > 0 && clipped > 0, "{name}: carves nothing");
+    recast as f64 / cao.len() as f64
+}
+
+#[test]
+fn every_shape_is_exact() {
+    let mut scene = scene(DVec3::ONE, opaque_ramp());
+    let at = Transform::from_xyz(5.0, 6.0, 7.0);
+    let tilted = at.with_rotation(Quat::from_euler(EulerRot::XYZ, 0.5, -0.8, 1.1));
+    let shapes: [(&str, Mesh, Transform); 6] = [
+        ("sphere", Sphere::new(8.0).into(), at),
+        ("box", Cuboid::new(12.0, 9.0, 14.0).into(), at),
+        ("torus", torus(), at),
+        ("cylinder", CylinderMeshBuilder::new(6.0, 15.0, 32).into(), at),
+        ("tilted box", Cuboid::new(12.0, 9.0, 14.0).into(), tilted),
+        ("tilted torus", torus(), tilted),
+    ];
+    for (name, mesh, transform) in shapes {
+        let carver = scene.carve(mesh, ClipMesh::default(), transform);
+        let recast = assert_exact(&mut scene, name);
+        // It is contextual: less than everything was recomputed.
+        assert!(recast < 0.9, "{name}: {recast}");
+        scene.world().despawn(carver);
+    }
+}
+
+#[test]
+fn every_pose_is_exact() {
+    let mut scene = scene(DVec3::new(0.8, 1.0, 1.6), translucent_ramp());
+    let carver = scene.carve(
+        Cuboid::new(10.0, 8.0, 12.0),
+        ClipMesh::default(),
+        Transform::default(),
+    );
+    let rotation = Quat::from_euler(EulerRot::XYZ, 0.4, 0.9, -0.3);
+    let poses = [
+        ("moved", Transform::from_xyz(4.0, -5.0, 6.0)),
+        (
+            "rotated",
+            Transform::from_xyz(4.0, 5.0, -6.0).with_rotation(rotation),
+        ),
+        (
+            "scaled",
+            Transform::from_xyz(4.0, 5.0, 6.0).with_scale(Vec3::new(0.5, 2.0, 0.9)),
+        ),
+        (
+            "mirrored",
+            Transform::from_xyz(4.0, 5.0, 6.0)
+                .with_scale(Vec3::new(-1.0, 1.2, 1.0))
+                .with_rotation(rotation),
+        ),
+    ];
+    for (name, pose) in poses {
+        scene.move_carver(carver, pose);
+        assert_exact(&mut scene, name);
+    }
+}
+
+#[test]
+fn several_carvers_and_probing_are_exact() {
+    let mut scene = scene(DVec3::ONE, opaque_ramp());
+    scene.carve(
+        Sphere::new(8.0),
+        ClipMesh::default(),
+        Transform::from_xyz(5.0, 4.0, 6.0),
+    );
+    scene.carve(
+        Cuboid::new(9.0, 9.0, 9.0),
+        ClipMesh::default(),
+        Transform::from_xyz(9.0, 6.0, 2.0),
+    );
+    assert_exact(&mut scene, "two overlapping");
+    scene.carve(
+        Sphere::new(14.0),
+        ClipMesh::intersect(),
+        Transform::from_xyz(1.0, 0.0, 1.0).with_scale(Vec3::new(1.0, 0.8, 1.1)),
+    );
+    assert_exact(&mut scene, "two in a probe");
+}
+
+#[test]
+fn no_drawn_point_reads_a_clipped_voxel() {
+    let volume = folded_volume(UVec3::new(34, 29, 26), DVec3::ONE);
+    let geometry = VolumeGeometry::of(&volume);
+    let mut scene = TestScene::new(volume, opaque_ramp(), occlusion(), ShadingMode::Cao);
+    let center = Vec3::new(3.0, 2.0, 4.0);
+    let (ring, tube) = (9.0, 3.5);
+    scene.carve(torus(), ClipMesh::default(), Transform::from_translation(center));
+    scene.settle();
+    let categories = scene.categories();
+    let dimensions = geometry.dimensions;
+    let mut clipped = 0;
+    for (index, _) in categories
+        .iter()
+        .enumerate()
+        .filter(|(_, category)| **category == CLIPPED)
+    {
+        clipped += 1;
+        let index = index as u32;
+        let voxel = UVec3::new(
+            index % dimensions.x,
+            index / dimensions.x % dimensions.y,
+            index / (dimensions.x * dimensions.y),
+        );
+        // Points that read this voxel with non-zero weight are less than one voxel away.
+        for k in 0..512u32 {
+            let offset = UVec3::new(k % 8, k / 8 % 8, k / 64).as_dvec3() / 3.5 - 1.0;
+            let p = geometry
+                .local_from_voxel
+                .transform_point3(voxel.as_dvec3() + offset * 0.999)
+                .as_vec3()
+                - center;
+            let distance = Vec2::new(Vec2::new(p.x, p.z).length() - ring, p.y).length() - tube;
+            // The mesh is a polyhedron inside the torus, 32 x 24 sides, and the depth maps have
+            // texels of 25/1024 mm: a point this far outside is not clipped.
+            assert!(
+                distance < 0.1,
+                "voxel {voxel} is taken for clipped, but {p} is {distance} mm outside"
+            );
+        }
+    }
+    assert!(clipped > 100, "{clipped}");
+}

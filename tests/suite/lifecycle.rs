@@ -1,0 +1,273 @@
+//! What comes, moves and goes: no stale values, no left-over textures, no needless work.
+
+use bevy::{core_pipeline::Core3d, math::DVec3, prelude::*};
+use bevy_contextual_ao::{
+    diagnostics::{SPAN_CLASSIFY, SPAN_DEPTH, SPAN_DILATE, SPAN_RAY_CAST, SPANS},
+    prelude::*,
+};
+
+use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
+
+const SIZE: UVec3 = UVec3::new(26, 24, 22);
+
+fn occlusion() -> AmbientOcclusion {
+    AmbientOcclusion {
+        pattern: RayPattern::Fibonacci(10),
+        steps: 5,
+        step_mm: 1.0,
+    }
+}
+
+fn scene() -> TestScene {
+    TestScene::new(
+        folded_volume(SIZE, DVec3::ONE),
+        opaque_ramp(),
+        occlusion(),
+        ShadingMode::Cao,
+    )
+}
+
+fn at(x: f32) -> Transform {
+    Transform::from_xyz(x, 3.0, 4.0)
+}
+
+#[test]
+fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
+    let mut scene = scene();
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    scene.settle();
+    scene.headless.frame();
+    let (before, image) = (scene.status().passes, scene.headless.image());
+    for _ in 0..3 {
+        scene.headless.frame();
+    }
+    assert_eq!(scene.status().passes, before);
+    assert!(scene.headless.image() == image, "differs");
+
+    // Moving and turning renders no maps again; resizing dilates, a new mesh renders.
+    scene.move_carver(carver, at(2.0).with_rotation(Quat::from_rotation_x(0.7)));
+    scene.headless.frame();
+    scene.headless.frame();
+    let moved = scene.status().passes;
+    for (span, jobs) in [
+        (SPAN_DEPTH, 0),
+        (SPAN_DILATE, 0),
+        (SPAN_CLASSIFY, 1),
+        (SPAN_RAY_CAST, 1),
+    ] {
+        assert_eq!(moved.jobs(span) - before.jobs(span), jobs, "{span} when moved");
+    }
+    assert!(scene.headless.image() != image, "is the same");
+    scene.move_carver(carver, at(2.0).with_scale(Vec3::new(1.0, 1.3, 1.0)));
+    scene.headless.frame();
+    scene.headless.frame();
+    let scaled = scene.status().passes;
+    assert_eq!(scaled.jobs(SPAN_DEPTH), moved.jobs(SPAN_DEPTH));
+    assert_eq!(scaled.jobs(SPAN_DILATE), moved.jobs(SPAN_DILATE) + 1);
+    let mesh = scene
+        .world()
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::new(5.0, 6.0, 7.0));
+    scene.world().entity_mut(carver).insert(Mesh3d(mesh));
+    scene.headless.frame();
+    scene.headless.frame();
+    assert_eq!(scene.status().passes.jobs(SPAN_DEPTH), moved.jobs(SPAN_DEPTH) + 1);
+}
+
+#[test]
+fn compute_runs_once_for_two_cameras() {
+    #[derive(Resource, Default)]
+    struct Views(u32);
+    let mut scene = scene();
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    let camera = scene.headless.camera();
+    scene.world().spawn((
+        camera,
+        Transform::from_xyz(0.0, 0.05, 0.05).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    scene
+        .headless
+        .app
+        .sub_app_mut(bevy::render::RenderApp)
+        .init_resource::<Views>();
+    scene
+        .headless
+        .add_render_system(Core3d, |mut views: ResMut<Views>| views.0 += 1);
+    scene.settle();
+    scene.headless.frame();
+    let before = scene.status().passes;
+    let views_before = views(&scene);
+    scene.move_carver(carver, at(3.0));
+    scene.headless.frame();
+    scene.headless.frame();
+    let after = scene.status().passes;
+    assert_eq!(views(&scene) - views_before, 4, "two cameras, two frames");
+    assert_eq!(after.jobs(SPAN_CLASSIFY) - before.jobs(SPAN_CLASSIFY), 1);
+    assert_eq!(after.jobs(SPAN_RAY_CAST) - before.jobs(SPAN_RAY_CAST), 1);
+
+    fn views(scene: &TestScene) -> u32 {
+        scene
+            .headless
+            .app
+            .sub_app(bevy::render::RenderApp)
+            .world()
+            .resource::<Views>()
+            .0
+    }
+}
+
+#[test]
+fn carvers_that_move_and_go_leave_nothing_behind() {
+    let mut scene = scene();
+    scene.settle();
+    let (untouched, image) = (scene.occlusion(), scene.headless.image());
+    scene.headless.frame();
+    let usage = scene.status().usage;
+    let carvers: Vec<_> = (0..5)
+        .map(|k| {
+            scene.carve(
+                Sphere::new(3.0 + k as f32),
+                ClipMesh::default(),
+                at(3.0 * k as f32 - 6.0),
+            )
+        })
+        .collect();
+    for step in 0..3 {
+        for (k, &carver) in carvers.iter().enumerate() {
+            scene.move_carver(carver, at((k * 5 + step * 3) as f32 % 17.0 - 8.0));
+        }
+        scene.headless.frame();
+    }
+    assert!(scene.occlusion() != untouched, "is the same");
+    assert!(scene.status().usage.bytes > usage.bytes);
+    for carver in carvers {
+        scene.world().entity_mut(carver).remove::<ClipMesh>();
+    }
+    scene.headless.frame();
+    scene.headless.frame();
+    assert!(scene.occlusion() == untouched, "differs");
+    assert!(scene.headless.image() == image, "differs");
+    scene.headless.frame();
+    assert_eq!(scene.status().usage, usage);
+}
+
+#[test]
+fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
+    let other = || folded_volume(UVec3::new(19, 30, 17), DVec3::new(1.2, 0.8, 1.1));
+    let mut fresh = TestScene::new(other(), translucent_ramp(), occlusion(), ShadingMode::Cao);
+    fresh.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    fresh.settle();
+
+    let mut scene = scene();
+    scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    scene.settle();
+    let volume = scene.volume;
+    let world = scene.world();
+    let data = world.resource_mut::<Assets<Volume>>().add(other());
+    let function = world
+        .resource_mut::<Assets<TransferFunction>>()
+        .add(translucent_ramp());
+    world
+        .entity_mut(volume)
+        .insert((Volume3d(data), VolumeTransferFunction(function)));
+    scene.headless.frame();
+    scene.headless.frame();
+    scene.settle();
+    assert!(scene.occlusion() == fresh.occlusion(), "differs");
+    fresh.headless.frame();
+    scene.headless.frame();
+    assert_eq!(scene.status().usage, fresh.status().usage);
+
+    // And edited in place, transfer function and all.
+    let world = scene.world();
+    let handles = (
+        world.get::<Volume3d>(volume).cloned(),
+        world.get::<VolumeTransferFunction>(volume).cloned(),
+    );
+    let (Some(data), Some(function)) = handles else {
+        panic!("the volume keeps its handles")
+    };
+    let _ = world
+        .resource_mut::<Assets<Volume>>()
+        .insert(&data.0, folded_volume(SIZE, DVec3::ONE));
+    let _ = world
+        .resource_mut::<Assets<TransferFunction>>()
+        .insert(&function.0, opaque_ramp());
+    for _ in 0..3 {
+        scene.headless.frame();
+    }
+    scene.settle();
+    let mut first = self::scene();
+    first.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    first.settle();
+    assert!(scene.occlusion() == first.occlusion(), "differs");
+}
+
+#[test]
+fn volumes_go_with_their_entity() {
+    let mut scene = scene();
+    scene.headless.frame();
+    let background = scene.headless.image();
+    scene.settle();
+    let one = scene.status().usage;
+    assert!(scene.headless.image() != background, "is the same");
+    let data = scene
+        .world()
+        .resource_mut::<Assets<Volume>>()
+        .add(folded_volume(SIZE, DVec3::ONE));
+    let second = scene.world().spawn(VolumeBundle::new(data)).id();
+    for _ in 0..4 {
+        scene.headless.frame();
+    }
+    assert_eq!(scene.status().usage.textures, one.textures + 6);
+    scene.world().despawn(second);
+    let volume = scene.volume;
+    // Taking the component is as good as despawning.
+    scene.world().entity_mut(volume).remove::<Volume3d>();
+    for _ in 0..3 {
+        scene.headless.frame();
+    }
+    let none = scene.status().usage;
+    assert_eq!(none.textures, 3, "only the clip maps stay: {none:?}");
+    assert!(scene.headless.image() == background, "differs");
+    assert!(scene.world().get::<Mesh3d>(volume).is_none());
+}
+
+#[test]
+fn a_carver_can_be_restricted_to_some_volumes() {
+    let mut scene = scene();
+    scene.settle();
+    let untouched = scene.occlusion();
+    let volume = scene.volume;
+    let elsewhere = scene.world().spawn_empty().id();
+    let only = |entity| ClipMesh {
+        targets: ClipTargets::Only(vec![entity]),
+        ..default()
+    };
+    let carver = scene.carve(Sphere::new(8.0), only(elsewhere), at(4.0));
+    scene.headless.frame();
+    scene.headless.frame();
+    assert!(scene.occlusion() == untouched, "differs");
+    scene.world().entity_mut(carver).insert(only(volume));
+    scene.headless.frame();
+    assert!(scene.occlusion() != untouched, "is the same");
+}
+
+#[test]
+fn progress_can_be_watched_and_ends_with_an_event() {
+    #[derive(Resource, Default)]
+    struct Occluded(u32);
+    let mut scene = TestScene::with(
+        folded_volume(SIZE, DVec3::ONE),
+        opaque_ramp(),
+        occlusion(),
+        ShadingMode::Cao,
+        |app| {
+            app.init_resource::<Occluded>()
+                .add_observer(|_: On<VolumeOccluded>, mut occluded: ResMut<Occluded>| occluded.0 += 1);
+        },
+    );
+    scene.settle();
+    assert_eq!(scene.world().resource::<Occluded>().0, 1);
+    assert!(SPANS.iter().any(|span| scene.status().passes.jobs(span) > 0));
+}

@@ -1,0 +1,168 @@
+//! Small scenes for tests, and what can be read of them.
+
+use bevy::{
+    math::{DAffine3, DVec2, DVec3, Vec3Swizzles},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    diagnostics::RenderStatus,
+    prelude::*,
+    render::VolumeTexture,
+    volume::{Intensities, Rescale, WORLD_UNITS_PER_MM},
+};
+
+use crate::headless::Headless;
+
+/// Size of the images that tests render.
+pub const IMAGE: UVec2 = UVec2::splat(96);
+
+/// A volume with folds, thin walls and hollows, 8 bits, spacing in mm.
+pub fn folded_volume(dimensions: UVec3, spacing: DVec3) -> Volume {
+    volume_from(dimensions, spacing, |p| {
+        let r = p.length();
+        let shell =
+            1.0 - (r - 0.75 - 0.08 * (7.0 * p.x).sin() * (8.0 * p.y).sin() * (6.0 * p.z).sin()).abs() / 0.18;
+        let rod = |across: DVec2| 1.0 - (across.length() - 0.1) / 0.15;
+        let rods = rod(p.xy()).max(rod(p.yz())).max(rod(p.xz()));
+        shell.max(rods)
+    })
+}
+
+/// A volume of `value(p)` in [0, 1], `p` in [-1, 1]^3 over the grid.
+pub fn volume_from(dimensions: UVec3, spacing: DVec3, value: impl Fn(DVec3) -> f64) -> Volume {
+    let mut values = Vec::new();
+    for z in 0..dimensions.z {
+        for y in 0..dimensions.y {
+            for x in 0..dimensions.x {
+                let p = (UVec3::new(x, y, z).as_dvec3() + 0.5) / dimensions.as_dvec3() * 2.0 - 1.0;
+                values.push((value(p).clamp(0.0, 1.0) * 255.0).round() as u8);
+            }
+        }
+    }
+    let grid_to_patient = DAffine3::from_scale(spacing);
+    Volume::new(
+        dimensions,
+        grid_to_patient,
+        Intensities::U8(values),
+        Rescale::default(),
+    )
+    .expect("a valid volume")
+}
+
+/// Opaque from half the intensity range on.
+pub fn opaque_ramp() -> TransferFunction {
+    TransferFunction::ramp(100.0, 160.0, 1.0, [0.9, 0.8, 0.7]).expect("a valid ramp")
+}
+
+/// Translucent almost everywhere.
+pub fn translucent_ramp() -> TransferFunction {
+    TransferFunction::ramp(10.0, 240.0, 0.35, [0.6, 0.8, 0.9]).expect("a valid ramp")
+}
+
+/// A headless app with one volume and a camera.
+pub struct TestScene {
+    pub headless: Headless,
+    pub volume: Entity,
+}
+
+impl TestScene {
+    /// Shows `volume` from three quarters.
+    pub fn new(
+        volume: Volume,
+        function: TransferFunction,
+        occlusion: AmbientOcclusion,
+        mode: ShadingMode,
+    ) -> Self {
+        Self::with(volume, function, occlusion, mode, |_| {})
+    }
+
+    /// The same, with more in the app.
+    pub fn with(
+        volume: Volume,
+        function: TransferFunction,
+        occlusion: AmbientOcclusion,
+        mode: ShadingMode,
+        setup: impl FnOnce(&mut App),
+    ) -> Self {
+        let mut headless = Headless::new(IMAGE, setup);
+        let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).length();
+        let camera = headless.camera();
+        let world = headless.app.world_mut();
+        let view = Vec3::new(0.6, 0.5, 1.2) * size * WORLD_UNITS_PER_MM;
+        let near = Projection::Perspective(PerspectiveProjection {
+            near: 1e-4,
+            ..default()
+        });
+        world.spawn((
+            camera,
+            near,
+            Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y),
+        ));
+        let volume = world.resource_mut::<Assets<Volume>>().add(volume);
+        let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
+        let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
+        bundle.occlusion = occlusion;
+        bundle.shading.mode = mode;
+        let volume = world.spawn(bundle).id();
+        Self { headless, volume }
+    }
+
+    pub fn world(&mut self) -> &mut World {
+        self.headless.app.world_mut()
+    }
+
+    /// Spawns a carver; the transform is in mm from the volume's centre.
+    pub fn carve(&mut self, mesh: impl Into<Mesh>, clip_mesh: ClipMesh, transform_mm: Transform) -> Entity {
+        let world = self.world();
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh.into());
+        world
+            .spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm)))
+            .id()
+    }
+
+    pub fn move_carver(&mut self, carver: Entity, transform_mm: Transform) {
+        self.world()
+            .entity_mut(carver)
+            .insert(in_world_units(transform_mm));
+    }
+
+    pub fn set_mode(&mut self, mode: ShadingMode) {
+        let volume = self.volume;
+        let mut shading = self
+            .world()
+            .get_mut::<VolumeShading>(volume)
+            .expect("the volume's shading");
+        shading.mode = mode;
+    }
+
+    /// Runs frames until everything is computed.
+    pub fn settle(&mut self) {
+        self.headless
+            .until_ready(self.volume)
+            .expect("the volume can be shown");
+    }
+
+    pub fn occlusion(&self) -> Vec<u8> {
+        self.headless.voxels(self.volume, VolumeTexture::Occlusion)
+    }
+
+    pub fn categories(&self) -> Vec<u8> {
+        self.headless.voxels(self.volume, VolumeTexture::Categories)
+    }
+
+    pub fn opacities(&self) -> Vec<u8> {
+        self.headless.voxels(self.volume, VolumeTexture::Opacities)
+    }
+
+    pub fn status(&self) -> RenderStatus {
+        *self.headless.app.world().resource::<RenderStatus>()
+    }
+}
+
+fn in_world_units(transform: Transform) -> Transform {
+    Transform {
+        translation: transform.translation * WORLD_UNITS_PER_MM,
+        rotation: transform.rotation,
+        scale: transform.scale * WORLD_UNITS_PER_MM,
+    }
+}
