@@ -41,7 +41,7 @@ const IN_FRONT: f32 = 100.0;
 const SUBTRACTING: Srgba = Srgba::rgb(0.42, 0.78, 1.0);
 const INTERSECTING: Srgba = Srgba::rgb(0.55, 1.0, 0.45);
 /// Opacity of body and outline: at rest, selected, under the pointer or in the hand.
-const OPACITIES: [[f32; 2]; 3] = [[0.03, 0.35], [0.05, 0.65], [0.1, 0.95]];
+const OPACITIES: [[f32; 2]; 3] = [[0.01, 0.35], [0.02, 0.65], [0.05, 0.95]];
 
 /// Name, size and place of a cutter: in units of the smallest half side of the volume's box, and
 /// from its middle in units of its half sides.

@@ -7,6 +7,7 @@ mod cutters;
 mod hands;
 mod loading;
 mod panel;
+mod timings;
 mod transfer_editor;
 
 use bevy::{

@@ -1,14 +1,15 @@
 //! The panel: progress, shading, transfer function, timings and help.
 
 use bevy::{
-    asset::LoadState,
+    asset::{AssetMut, LoadState},
     camera::Viewport,
-    diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
+    diagnostic::DiagnosticsStore,
+    ecs::system::SystemParam,
     prelude::*,
     window::PrimaryWindow,
 };
 use bevy_contextual_ao::{
-    diagnostics::{RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, latest_gpu_ms},
+    diagnostics::{RenderStatus, TimePassesByClock},
     prelude::*,
 };
 use bevy_egui::{
@@ -17,12 +18,12 @@ use bevy_egui::{
     input::egui_wants_any_keyboard_input,
 };
 use bevy_panorbit_camera::PanOrbitCamera;
-use std::time::{Duration, Instant};
 
 use crate::{
     cutters::Cutter,
     hands::{HELP, Hand},
-    loading::Shown,
+    loading::{Content, Shown},
+    timings::{self, LastRuns},
     transfer_editor::{self, TransferEditor},
 };
 
@@ -34,14 +35,11 @@ const SCROLLED_BY: ScrollSource = ScrollSource {
     drag: false,
     ..ScrollSource::ALL
 };
-/// A pass that last ran longer ago than this is at rest.
-const STALE: Duration = Duration::from_secs(2);
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
 const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
 const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
 const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
-const BYTES_PER_MIB: f64 = 1_048_576.0;
 
 pub struct PanelPlugin;
 
@@ -75,7 +73,7 @@ type ShownVolume = (
 );
 
 /// What the panel only reads.
-#[derive(bevy::ecs::system::SystemParam)]
+#[derive(SystemParam)]
 struct Readings<'w, 's> {
     assets: Res<'w, AssetServer>,
     shown: Res<'w, Shown>,
@@ -83,26 +81,6 @@ struct Readings<'w, 's> {
     status: Res<'w, RenderStatus>,
     hand: Res<'w, Hand>,
     cutters: Query<'w, 's, (&'static Cutter, &'static ClipMesh)>,
-}
-
-/// When each pass last ran.
-#[derive(Default)]
-struct LastRuns([Option<(u64, Instant)>; SPANS.len()]);
-
-impl LastRuns {
-    /// Whether a pass that has done `jobs` since the start did one lately.
-    fn is_recent(&mut self, pass: usize, jobs: u64) -> bool {
-        let Some(last) = self.0.get_mut(pass) else {
-            return false;
-        };
-        match last {
-            Some((before, at)) if *before == jobs => at.elapsed() < STALE,
-            _ => {
-                *last = Some((jobs, Instant::now()));
-                jobs > 0
-            }
-        }
-    }
 }
 
 /// The Tab key selects cutters here, not widgets.
@@ -201,7 +179,13 @@ fn show(
                     }
                 }
                 show_cutter(ui, &readings);
-                show_timings(ui, &readings, &mut last_runs, by_clock.reborrow());
+                timings::show(
+                    ui,
+                    &readings.diagnostics,
+                    &readings.status,
+                    &mut last_runs,
+                    by_clock.reborrow(),
+                );
                 show_help(ui);
             });
         });
@@ -297,8 +281,8 @@ fn show_occlusion(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
 fn edit_function(
     ui: &mut Ui,
     editor: &mut TransferEditor,
-    function: Option<bevy::asset::AssetMut<TransferFunction>>,
-    content: &crate::loading::Content,
+    function: Option<AssetMut<TransferFunction>>,
+    content: &Content,
 ) {
     let Some(mut function) = function else {
         ui.weak("the transfer function is being read");
@@ -319,54 +303,6 @@ fn show_cutter(ui: &mut Ui, readings: &Readings) {
             ClipOperation::Intersect => "keeps what is inside",
         };
         ui.label(format!("selected: {}, {does}", cutter.name));
-    }
-}
-
-fn show_timings(
-    ui: &mut Ui,
-    readings: &Readings,
-    last_runs: &mut LastRuns,
-    mut by_clock: Mut<TimePassesByClock>,
-) {
-    let fps = readings
-        .diagnostics
-        .get(&FrameTimeDiagnosticsPlugin::FPS)
-        .and_then(|fps| fps.smoothed());
-    let passes = readings.status.passes;
-    Grid::new("timings").num_columns(3).striped(true).show(ui, |ui| {
-        let mut row = |name: &str, ms: Option<f64>, jobs: String| {
-            ui.label(name);
-            match ms {
-                Some(ms) => ui.monospace(format!("{ms:.2} ms")),
-                None => ui.weak("at rest"),
-            };
-            ui.weak(jobs);
-            ui.end_row();
-        };
-        for (index, span) in SPANS.into_iter().enumerate() {
-            let ms = passes
-                .clock_ms(span)
-                .filter(|_| by_clock.0)
-                .or_else(|| latest_gpu_ms(&readings.diagnostics, span));
-            let name = span.rsplit('/').next().unwrap_or(span).replace('_', " ");
-            let jobs = passes.jobs(span);
-            let is_recent = last_runs.is_recent(index, jobs);
-            row(&name, ms.filter(|_| is_recent), format!("{jobs} so far"));
-        }
-        row(
-            "drawing",
-            latest_gpu_ms(&readings.diagnostics, SPAN_DRAW),
-            String::new(),
-        );
-    });
-    let mut is_by_clock = by_clock.0;
-    ui.checkbox(&mut is_by_clock, "time by the clock (waits after each pass)");
-    by_clock.set_if_neq(TimePassesByClock(is_by_clock));
-    let usage = readings.status.usage;
-    let mib = usage.bytes as f64 / BYTES_PER_MIB;
-    ui.label(format!("{} textures of {mib:.1} MiB on the GPU", usage.textures));
-    if let Some(fps) = fps {
-        ui.label(format!("{fps:.1} frames per second"));
     }
 }
 

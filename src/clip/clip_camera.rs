@@ -3,7 +3,7 @@
 use bevy::{
     camera::primitives::MeshAabb,
     math::{Affine3A, DMat3, DVec3, Mat3, Vec2, Vec3},
-    platform::collections::HashMap,
+    platform::collections::HashSet,
     prelude::*,
 };
 
@@ -17,6 +17,8 @@ use super::{ClipMesh, ClipMeshFailed};
 pub struct ClipCamera {
     /// The view from which the depth maps are rendered.
     pub frame: ClipFrame,
+    /// The mesh that it looks at.
+    pub mesh: AssetId<Mesh>,
     /// Counts changes of the mesh; the depth maps are rendered anew when it moves on.
     pub revision: u32,
 }
@@ -133,17 +135,18 @@ pub(super) fn update_clip_cameras(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Mesh>>,
     meshes: Res<Assets<Mesh>>,
-    carvers: Query<(Entity, Ref<Mesh3d>, Option<&ClipCamera>), With<ClipMesh>>,
-    mut modified: Local<HashMap<AssetId<Mesh>, ()>>,
+    carvers: Query<(Entity, &Mesh3d, Option<&ClipCamera>), With<ClipMesh>>,
+    mut modified: Local<HashSet<AssetId<Mesh>>>,
 ) {
     modified.clear();
     modified.extend(events.read().filter_map(|event| match event {
-        AssetEvent::Added { id } | AssetEvent::Modified { id } => Some((*id, ())),
+        AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
         _ => None,
     }));
     for (entity, mesh_handle, camera) in &carvers {
-        let changed = mesh_handle.is_changed() || modified.contains_key(&mesh_handle.id());
-        if camera.is_some() && !changed {
+        let id = mesh_handle.id();
+        let is_modified = modified.contains(&id);
+        if camera.is_some_and(|camera| camera.mesh == id) && !is_modified {
             continue;
         }
         let Some(mesh) = meshes.get(&mesh_handle.0) else {
@@ -155,10 +158,14 @@ pub(super) fn update_clip_cameras(
         match frame {
             Some(frame) => {
                 let revision = camera.map_or(0, |camera| camera.revision + 1);
-                commands.entity(entity).insert(ClipCamera { frame, revision });
+                commands.entity(entity).insert(ClipCamera {
+                    frame,
+                    mesh: id,
+                    revision,
+                });
             }
-            // Reported once per change of the mesh, not every frame.
-            None if changed => {
+            // Reported when the mesh comes or changes, not every frame.
+            None if is_modified || camera.is_some() => {
                 let failed = ClipMeshFailed::no_extent(entity);
                 warn!("{}", failed.reason);
                 commands.entity(entity).remove::<ClipCamera>();

@@ -3,6 +3,7 @@
 use bevy::{math::DVec3, prelude::*};
 
 use super::RayPattern;
+use crate::volume::VolumeGeometry;
 
 /// How the ambient occlusion of a volume is computed (required by
 /// [`Volume3d`](crate::volume::Volume3d)).
@@ -38,23 +39,23 @@ impl AmbientOcclusion {
         spacing_mm.length()
     }
 
-    /// The farthest distance, mm, at which clipping can change a voxel's occlusion, for a volume
-    /// of the given voxel spacing (mm): the farthest sample, its trilinear footprint (one voxel
-    /// diagonal) and the coverage footprint (1.025 voxel diagonals).
-    pub fn reach_mm(&self, spacing_mm: DVec3) -> f64 {
-        let diagonal = spacing_mm.length();
+    /// The farthest distance, mm, at which clipping can change a voxel's occlusion: the farthest
+    /// sample, its trilinear footprint (one voxel diagonal) and the coverage footprint.
+    pub fn reach_mm(&self, geometry: &VolumeGeometry) -> f64 {
         let ray = if self.steps == 0 {
             0.0
         } else {
-            Self::start_mm(spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
+            Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
         };
-        ray + diagonal + COVERAGE_FOOTPRINT * diagonal
+        ray + geometry.cell_diagonal_mm() + Self::footprint_mm(geometry)
+    }
+
+    /// Distance, mm, within which lie all points whose clipping decides a voxel's coverage, and all
+    /// that read the voxel: 1.025 voxel diagonals (supplementary notes to the paper's algorithm 2).
+    pub fn footprint_mm(geometry: &VolumeGeometry) -> f64 {
+        1.025 * geometry.cell_diagonal_mm()
     }
 }
-
-/// Half extent, in voxels, of the box over which a voxel's clip coverage is sampled
-/// (supplementary notes to algorithm 2 of the paper): a little more than the trilinear footprint.
-pub(crate) const COVERAGE_FOOTPRINT: f64 = 1.025;
 
 /// How a volume is drawn (required by [`Volume3d`](crate::volume::Volume3d)).
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]

@@ -3,11 +3,13 @@
 // clipping, (c) unaffected.
 //
 // Coverage as published: the centre and 8 corners; if they disagree, 32 more points, 41 in all.
-// Unlike algorithm 2, whether a voxel is affected is asked at its centre alone: the dilation maps
-// already contain the footprint of the coverage samples.
+// The category differs in two ways from algorithm 2. Whether a voxel is affected is asked at its
+// centre alone: the dilation maps already contain the footprint of the coverage samples. And a
+// voxel counts as clipped only if one carver removes all of that footprint, not if 9 samples say
+// so: between them a probe, or the gap between two carvers, may show points that read the voxel.
 
 #import bevy_contextual_ao::{
-    clip_test::{is_affected, is_visible},
+    clip_test::{influence_at, is_visible},
     occlusion_pass::{CATEGORY_AFFECTED, CATEGORY_CLIPPED, CATEGORY_UNAFFECTED, occlusion_pass, pass_voxel},
     volume_bindings::{classify_intensity, correct_opacity, intensities, volume},
 }
@@ -54,7 +56,8 @@ fn classify(
     var category = CATEGORY_UNAFFECTED;
     // Farther than the reach from anything removed, all samples are visible.
     let center_mm = (volume.local_from_voxel * vec4(voxel, 1.0)).xyz;
-    if occlusion_pass.is_clipped != 0u && is_affected(center_mm) {
+    let influence = influence_at(center_mm);
+    if occlusion_pass.is_clipped != 0u && influence.is_affected {
         var visible = u32(is_visible(center_mm));
         for (var corner = 0u; corner < 8u; corner += 1u) {
             let sign = vec3<f32>(vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u)) * 2.0 - 1.0;
@@ -67,7 +70,7 @@ fn classify(
             }
             coverage = f32(visible) / f32(9u + MORE_SAMPLES);
         }
-        category = select(CATEGORY_CLIPPED, CATEGORY_AFFECTED, visible > 0u);
+        category = select(CATEGORY_AFFECTED, CATEGORY_CLIPPED, influence.is_removed);
     }
     textureStore(opacities, id, vec4(opacity * coverage, 0.0, 0.0, 0.0));
     textureStore(categories, id, vec4(category, 0.0, 0.0, 0.0));

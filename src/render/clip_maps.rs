@@ -13,7 +13,7 @@ use bevy::{
     },
 };
 
-use super::extract::{ExtractedCarver, ExtractedScene};
+use super::extract::{ExtractedCarver, ExtractedScene, Influence};
 use crate::{
     clip::{ClipFrame, ClipOperation, DilationFrame, MAX_CARVERS},
     diagnostics::GpuUsage,
@@ -40,7 +40,7 @@ pub(crate) struct ClipTextures {
     /// Layer `2 * slot`: nearest depth, `2 * slot + 1`: farthest.
     pub depth_view: TextureView,
     dilation: Texture,
-    /// Layer `slot`: near and far bound.
+    /// Layer `slot`: near and far bound of the inflated mesh, then of the shrunk one.
     pub dilation_view: TextureView,
     tiles: Texture,
     /// Extrema of 8x8 texels of the depth map being dilated.
@@ -63,36 +63,43 @@ pub(crate) struct DepthKey {
     frame: ClipFrame,
 }
 
-/// What a dilation map depends on, besides the depth map.
+/// What a dilation map depends on, besides the depth map: half axes of ellipsoids, clip map space.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct DilationKey {
-    /// Half axes of the ellipsoid, clip map space.
-    pub radii: Vec3,
-    pub operation: ClipOperation,
+    /// The mesh is inflated by this.
+    pub inflation: Vec3,
+    /// And shrunk by this.
+    pub shrinkage: Vec3,
 }
 
 impl DilationKey {
-    /// What `carver` needs for a reach in world units, keeping `current` while it serves: turning
-    /// a carver changes the radii by rounding only, which the reach's margin covers.
-    pub fn new(carver: &ExtractedCarver, reach_world: f32, current: Option<Self>) -> Option<Self> {
-        let radii = carver
-            .frame
-            .reach_radii(carver.world_from_local.matrix3.into(), reach_world)?;
-        let operation = carver.clip_mesh.operation;
-        Some(match current {
-            Some(current)
-                if current.operation == operation
-                    && (radii / current.radii - 1.0).abs().max_element() < 1e-4 =>
-            {
-                current
-            }
-            _ => Self { radii, operation },
-        })
+    /// What `carver` needs, keeping `current` while it serves: turning a carver changes the radii
+    /// by rounding only, which the margins of reach and footprint cover. `None` if the carver is
+    /// collapsed.
+    pub fn new(carver: &ExtractedCarver, influence: Influence, current: Option<Self>) -> Option<Self> {
+        let world_from_local = Mat3::from(carver.world_from_local.matrix3);
+        let radii = |length| carver.frame.reach_radii(world_from_local, length);
+        let (reach, footprint) = (radii(influence.reach_world)?, radii(influence.footprint_world)?);
+        let new = match carver.clip_mesh.operation {
+            ClipOperation::Subtract => Self {
+                inflation: reach,
+                shrinkage: footprint,
+            },
+            ClipOperation::Intersect => Self {
+                inflation: footprint,
+                shrinkage: reach,
+            },
+        };
+        let serves = |old: &Self| {
+            let change = |old: Vec3, new: Vec3| (new / old - 1.0).abs().max_element();
+            change(old.inflation, new.inflation).max(change(old.shrinkage, new.shrinkage)) < 1e-4
+        };
+        Some(current.filter(serves).unwrap_or(new))
     }
 
     /// The part of clip map space that the dilation map covers.
     pub fn frame(&self) -> DilationFrame {
-        DilationFrame::for_radii(self.radii)
+        DilationFrame::for_radii(self.inflation)
     }
 }
 
@@ -189,14 +196,14 @@ impl ClipTextures {
             "contextual_ao_dilation_maps",
             coarse,
             capacity,
-            TextureFormat::Rg32Float,
+            TextureFormat::Rgba32Float,
             TextureUsages::STORAGE_BINDING,
         );
         let tiles = array(
             "contextual_ao_depth_tiles",
             coarse,
             1,
-            TextureFormat::Rg32Float,
+            TextureFormat::Rgba32Float,
             TextureUsages::STORAGE_BINDING,
         );
         Self {

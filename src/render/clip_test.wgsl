@@ -1,5 +1,5 @@
 // Shadow test volume clipping (CAO paper, section 3.2, equation 1) for any number of carvers: is a
-// point of the volume removed, and can its occlusion be changed by what is removed?
+// point of the volume removed, and how is a voxel touched by what is removed?
 
 #define_import_path bevy_contextual_ao::clip_test
 
@@ -43,21 +43,32 @@ fn is_visible(position_mm: vec3<f32>) -> bool {
     return true;
 }
 
-// Whether anything that a carver removes is within the occlusion reach of a point (volume space,
-// mm). For a subtracting carver the dilation maps bound the mesh inflated by the reach; for an
-// intersecting one they bound the mesh shrunk by it, and everything outside is affected.
-fn is_affected(position_mm: vec3<f32>) -> bool {
-    for (var i = 0u; i < volume.carver_count; i += 1u) {
-        let p = to_clip_map(carvers[i], position_mm);
-        let uv = p.xy * carvers[i].dilation_scale + carvers[i].dilation_offset;
-        var between = false;
-        if is_in_unit_square(uv) {
-            let bounds = textureLoad(dilation_maps, vec2<u32>(uv * volume.dilation_map_size), carvers[i].slot, 0).xy;
-            between = bounds.x < p.z && p.z < bounds.y;
-        }
-        if between == (carvers[i].operation == OPERATION_SUBTRACT) {
-            return true;
-        }
+// Whether a point lies in the mesh of a carver inflated (x) and shrunk (y).
+fn is_in_dilation(carver: Carver, position_mm: vec3<f32>) -> vec2<bool> {
+    let p = to_clip_map(carver, position_mm);
+    let uv = p.xy * carver.dilation_scale + carver.dilation_offset;
+    if !is_in_unit_square(uv) {
+        return vec2(false);
     }
-    return false;
+    let bounds = textureLoad(dilation_maps, vec2<u32>(uv * volume.dilation_map_size), carver.slot, 0);
+    return vec2(bounds.x < p.z && p.z < bounds.y, bounds.z < p.z && p.z < bounds.w);
+}
+
+struct Influence {
+    // Something that a carver removes is within the occlusion reach of the voxel.
+    is_affected: bool,
+    // A carver removes every point that can read the voxel.
+    is_removed: bool,
+}
+
+// How carvers touch the voxel at a point (volume space, mm).
+fn influence_at(position_mm: vec3<f32>) -> Influence {
+    var influence = Influence(false, false);
+    for (var i = 0u; i < volume.carver_count; i += 1u) {
+        let is_in = is_in_dilation(carvers[i], position_mm);
+        let subtracts = carvers[i].operation == OPERATION_SUBTRACT;
+        influence.is_affected |= select(!is_in.y, is_in.x, subtracts);
+        influence.is_removed |= select(!is_in.x, is_in.y, subtracts);
+    }
+    return influence;
 }

@@ -1,4 +1,4 @@
-//! Step III: the depth maps of a carver inflated (or shrunk) by the occlusion reach.
+//! Step III: the depth maps of a carver, inflated and shrunk.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -18,16 +18,15 @@ use bevy::{
 };
 
 use super::clip_maps::{ClipTextures, DilationKey};
-use crate::clip::ClipOperation;
 
 /// One carver's dilation, as `Dilation` in WGSL.
 #[derive(Clone, Copy, ShaderType)]
 struct DilationUniform {
-    radii: Vec3,
+    inflation: Vec3,
     slot: u32,
+    shrinkage: Vec3,
     frame_min: Vec2,
     frame_size: Vec2,
-    sign: f32,
 }
 
 #[derive(Resource)]
@@ -40,7 +39,7 @@ pub(crate) struct DilatePipelines {
 
 impl FromWorld for DilatePipelines {
     fn from_world(world: &mut World) -> Self {
-        let format = TextureFormat::Rg32Float;
+        let format = TextureFormat::Rgba32Float;
         let access = StorageTextureAccess::WriteOnly;
         let reduce_layout = BindGroupLayoutDescriptor::new(
             "contextual_ao_reduce",
@@ -105,14 +104,11 @@ impl DilatePipelines {
     ) -> Option<DilateJob> {
         let frame = key.frame();
         let mut uniform = UniformBuffer::from(DilationUniform {
-            radii: key.radii,
+            inflation: key.inflation,
             slot,
+            shrinkage: key.shrinkage,
             frame_min: frame.min,
             frame_size: frame.size,
-            sign: match key.operation {
-                ClipOperation::Subtract => 1.0,
-                ClipOperation::Intersect => -1.0,
-            },
         });
         uniform.write_buffer(device, queue);
         let uniform = uniform.binding()?;
@@ -150,8 +146,13 @@ impl DilateJob {
         textures: &ClipTextures,
         cache: &PipelineCache,
     ) {
-        let groups = textures.dilation_map_size().div_ceil(8);
-        for (pipeline, bind_group) in [(pipelines.reduce, &self.reduce), (pipelines.dilate, &self.dilate)] {
+        let size = textures.dilation_map_size();
+        // The reduction has a tile per invocation, the dilation a texel per workgroup.
+        let passes = [
+            (pipelines.reduce, &self.reduce, size.div_ceil(8)),
+            (pipelines.dilate, &self.dilate, size),
+        ];
+        for (pipeline, bind_group, groups) in passes {
             let Some(pipeline) = cache.get_compute_pipeline(pipeline) else {
                 return;
             };

@@ -1,43 +1,47 @@
-// Step III of the CAO paper (section 3.4, algorithm 1): depth maps of the clip mesh inflated by
-// the occlusion reach, a Minkowski sum with an ellipsoid in clip map space. For an intersecting
-// carver the mesh is shrunk instead (section 3.2).
+// Step III of the CAO paper (section 3.4, algorithm 1): the depth maps of a clip mesh inflated, a
+// Minkowski sum with an ellipsoid in clip map space; and, for volume probing (section 3.2), shrunk.
+// Every carver gets both: of a subtracting carver, the mesh inflated by the occlusion reach bounds
+// what it affects, and the mesh shrunk by the footprint of a voxel what it removes for certain; of
+// an intersecting one the other way round.
 //
 // The published search over all texels within reach is O(r²) per texel. Here the depth maps are
-// first reduced to the extrema of 8x8 tiles; a texel of the dilation map then looks into the few
-// tiles that can still improve its bound. The result is exact: the tightest bound that holds for
-// every point of a dilation texel.
+// first reduced to the extrema of 8x8 tiles; then a workgroup per texel of the dilation map looks
+// into the few tiles that can still improve its bound, one invocation per texel of a tile. The
+// result is exact: the tightest bound that holds for every point of a dilation texel.
 
 struct Dilation {
-    // Half axes of the ellipsoid, clip map space.
-    radii: vec3<f32>,
+    // Half axes of the ellipsoids, clip map space.
+    inflation: vec3<f32>,
     slot: u32,
+    shrinkage: vec3<f32>,
     // Lower corner and size of the dilation frame, clip map space.
     frame_min: vec2<f32>,
     frame_size: vec2<f32>,
-    // +1: inflate (subtracting carver), -1: shrink (intersecting carver).
-    sign: f32,
 }
 
 const TILE: u32 = 8u;
 // No surface: farther than any depth, and still far after the reach is added.
 const FAR: f32 = 1.0e9;
+// A mesh is inflated by lowering (near, -far), and shrunk by lowering (-near, far).
+const INFLATE: f32 = 1.0;
+const SHRINK: f32 = -1.0;
 
 @group(0) @binding(0) var<uniform> dilation: Dilation;
 @group(0) @binding(1) var depth_maps: texture_depth_2d_array;
 #ifdef REDUCE
-@group(0) @binding(2) var tiles: texture_storage_2d<rg32float, write>;
+@group(0) @binding(2) var tiles: texture_storage_2d<rgba32float, write>;
 #else
+// The least bounds of each tile: to inflate (xy), to shrink (zw).
 @group(0) @binding(2) var tiles: texture_2d<f32>;
-@group(0) @binding(3) var dilation_maps: texture_storage_2d_array<rg32float, write>;
+@group(0) @binding(3) var dilation_maps: texture_storage_2d_array<rgba32float, write>;
 #endif
 
-// The two bounds as values to be minimised: (near, -far) when inflating, and when shrinking
-// (-near, far), where an empty texel shrinks everything around it away.
-fn bounds_at(texel: vec2<u32>) -> vec2<f32> {
+// The two bounds of a texel as values to be lowered. An empty texel inflates nothing and shrinks
+// everything around it away.
+fn bounds_at(texel: vec2<u32>, way: f32) -> vec2<f32> {
     let near = textureLoad(depth_maps, texel, 2u * dilation.slot, 0);
     let far = textureLoad(depth_maps, texel, 2u * dilation.slot + 1u, 0);
-    let empty = near >= far;
-    return select(dilation.sign * vec2(near, -far), vec2(dilation.sign * FAR), empty);
+    return select(way * vec2(near, -far), vec2(way * FAR), near >= far);
 }
 
 #ifdef REDUCE
@@ -46,20 +50,20 @@ fn reduce(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(tiles)) {
         return;
     }
-    var least = vec2(FAR);
-    for (var y = 0u; y < TILE; y += 1u) {
-        for (var x = 0u; x < TILE; x += 1u) {
-            least = min(least, bounds_at(id.xy * TILE + vec2(x, y)));
-        }
+    var least = vec4(FAR);
+    for (var k = 0u; k < TILE * TILE; k += 1u) {
+        let texel = id.xy * TILE + vec2(k % TILE, k / TILE);
+        least = min(least, vec4(bounds_at(texel, INFLATE), bounds_at(texel, SHRINK)));
     }
-    textureStore(tiles, id.xy, vec4(least, 0.0, 0.0));
+    textureStore(tiles, id.xy, least);
 }
 #else
 
-// Half height of the ellipsoid at an offset from its centre given in half axes; -1 beyond it.
-fn half_height(offset: vec2<f32>) -> f32 {
-    let rest = 1.0 - dot(offset, offset);
-    return select(dilation.radii.z * sqrt(rest), -1.0, rest < 0.0);
+// Half height of an ellipsoid at an offset from its centre; -1 beyond it.
+fn half_height(offset: vec2<f32>, radii: vec3<f32>) -> f32 {
+    let across = offset / radii.xy;
+    let rest = 1.0 - dot(across, across);
+    return select(radii.z * sqrt(rest), -1.0, rest < 0.0);
 }
 
 // Distance along each axis between two intervals given by centres and half sizes.
@@ -67,59 +71,104 @@ fn gap(a: vec2<f32>, half_a: vec2<f32>, b: vec2<f32>, half_b: vec2<f32>) -> vec2
     return max(abs(a - b) - half_a - half_b, vec2(0.0));
 }
 
-@compute @workgroup_size(8, 8)
-fn dilate(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = textureDimensions(dilation_maps).xy;
-    if any(id.xy >= size) {
-        return;
-    }
-    let tile_count = textureDimensions(tiles);
-    let tile_size = 1.0 / vec2<f32>(tile_count);
-    let texel_size = tile_size / f32(TILE);
-    let block_size = dilation.frame_size / vec2<f32>(size);
-    let block = dilation.frame_min + (vec2<f32>(id.xy) + 0.5) * block_size;
-    let half_block = 0.5 * block_size;
-    let reach = dilation.radii.xy + half_block;
+fn tile_bounds(tile: vec2<u32>, way: f32) -> vec2<f32> {
+    let bounds = textureLoad(tiles, tile, 0);
+    return select(bounds.zw, bounds.xy, way == INFLATE);
+}
 
-    var least = vec2(FAR);
-    // What lies beyond the depth maps is empty: within reach, it shrinks everything away.
-    if dilation.sign < 0.0 && (any(block - reach < vec2(0.0)) || any(block + reach > vec2(1.0))) {
-        least = vec2(-FAR);
-    }
+// Invocations of a workgroup: as many as there are texels in a tile.
+const WIDTH: u32 = TILE * TILE;
+// Which of WIDTH tiles are worth a search, a bit each.
+var<workgroup> candidates: array<atomic<u32>, 2>;
+var<workgroup> shared_bounds: array<vec2<f32>, WIDTH>;
 
-    let first = vec2<u32>(clamp(floor((block - reach) / tile_size), vec2(0.0), vec2<f32>(tile_count)));
-    let last = vec2<u32>(clamp(ceil((block + reach) / tile_size), vec2(0.0), vec2<f32>(tile_count)));
-    // A bound that some texel of a tile reaches, wherever it is in the tile.
-    for (var y = first.y; y < last.y; y += 1u) {
-        for (var x = first.x; x < last.x; x += 1u) {
-            let tile = (vec2(f32(x), f32(y)) + 0.5) * tile_size;
-            let farthest = (abs(tile - block) + 0.5 * tile_size + half_block) / dilation.radii.xy;
-            let height = half_height(farthest);
-            if height >= 0.0 {
-                least = min(least, textureLoad(tiles, vec2(x, y), 0).xy - height);
-            }
+// The least bounds of all invocations.
+fn least_of_all(bounds: vec2<f32>, lane: u32) -> vec2<f32> {
+    shared_bounds[lane] = bounds;
+    for (var half = WIDTH / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            shared_bounds[lane] = min(shared_bounds[lane], shared_bounds[lane + half]);
         }
     }
+    return workgroupUniformLoad(&shared_bounds[0]);
+}
+
+// (near, far) of the mesh inflated or shrunk, over a block of clip map space.
+fn dilate_block(block: vec2<f32>, half_block: vec2<f32>, radii: vec3<f32>, way: f32, lane: u32) -> vec2<f32> {
+    let tile_count = textureDimensions(tiles);
+    let tile_size = 1.0 / vec2<f32>(tile_count);
+    let half_tile = 0.5 * tile_size;
+    let texel_size = tile_size / f32(TILE);
+    let reach = radii.xy + half_block;
+
+    // The tiles within reach, numbered row by row.
+    let first = vec2<u32>(clamp(floor((block - reach) / tile_size), vec2(0.0), vec2<f32>(tile_count)));
+    let last = vec2<u32>(clamp(ceil((block + reach) / tile_size), vec2(0.0), vec2<f32>(tile_count)));
+    let columns = max(last.x - first.x, 1u);
+    let count = (last.x - first.x) * (last.y - first.y);
+
+    var least = vec2(FAR);
+    // What lies beyond the depth maps is empty.
+    if way == SHRINK && (any(block - reach < vec2(0.0)) || any(block + reach > vec2(1.0))) {
+        least = vec2(-FAR);
+    }
+    // A bound that some texel of a tile reaches, wherever it is in the tile.
+    for (var k = lane; k < count; k += WIDTH) {
+        let tile = first + vec2(k % columns, k / columns);
+        let center = (vec2<f32>(tile) + 0.5) * tile_size;
+        let height = half_height(abs(center - block) + half_tile + half_block, radii);
+        if height >= 0.0 {
+            least = min(least, tile_bounds(tile, way) - height);
+        }
+    }
+    least = least_of_all(least, lane);
+
     // Only tiles that may hold a better one are searched.
-    for (var y = first.y; y < last.y; y += 1u) {
-        for (var x = first.x; x < last.x; x += 1u) {
-            let tile = (vec2(f32(x), f32(y)) + 0.5) * tile_size;
-            let height = half_height(gap(tile, 0.5 * tile_size, block, half_block) / dilation.radii.xy);
-            if height < 0.0 || all(textureLoad(tiles, vec2(x, y), 0).xy - height >= least) {
-                continue;
+    for (var start = 0u; start < count; start += WIDTH) {
+        if lane < 2u {
+            atomicStore(&candidates[lane], 0u);
+        }
+        workgroupBarrier();
+        let k = start + lane;
+        if k < count {
+            let tile = first + vec2(k % columns, k / columns);
+            let center = (vec2<f32>(tile) + 0.5) * tile_size;
+            let height = half_height(gap(center, half_tile, block, half_block), radii);
+            if height >= 0.0 && any(tile_bounds(tile, way) - height < least) {
+                atomicOr(&candidates[lane / 32u], 1u << (lane % 32u));
             }
-            for (var k = 0u; k < TILE * TILE; k += 1u) {
-                let texel = vec2(x, y) * TILE + vec2(k % TILE, k / TILE);
+        }
+        workgroupBarrier();
+        for (var word = 0u; word < 2u; word += 1u) {
+            var bits = atomicLoad(&candidates[word]);
+            while bits != 0u {
+                let found = start + 32u * word + countTrailingZeros(bits);
+                bits &= bits - 1u;
+                let texel = TILE * (first + vec2(found % columns, found / columns)) + vec2(lane % TILE, lane / TILE);
                 let center = (vec2<f32>(texel) + 0.5) * texel_size;
-                let near = half_height(gap(center, 0.5 * texel_size, block, half_block) / dilation.radii.xy);
-                if near >= 0.0 {
-                    least = min(least, bounds_at(texel) - near);
+                let height = half_height(gap(center, 0.5 * texel_size, block, half_block), radii);
+                if height >= 0.0 {
+                    least = min(least, bounds_at(texel, way) - height);
                 }
             }
         }
+        workgroupBarrier();
     }
-    // Back to (near, far). Untouched texels hold near > far: nothing is within reach.
-    let bounds = dilation.sign * vec2(least.x, -least.y);
-    textureStore(dilation_maps, id.xy, dilation.slot, vec4(bounds, 0.0, 0.0));
+    least = least_of_all(least, lane);
+    // Where nothing is within reach, near > far.
+    return way * vec2(least.x, -least.y);
+}
+
+@compute @workgroup_size(WIDTH)
+fn dilate(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let size = textureDimensions(dilation_maps).xy;
+    let block_size = dilation.frame_size / vec2<f32>(size);
+    let block = dilation.frame_min + (vec2<f32>(id.xy) + 0.5) * block_size;
+    let inflated = dilate_block(block, 0.5 * block_size, dilation.inflation, INFLATE, lane);
+    let shrunk = dilate_block(block, 0.5 * block_size, dilation.shrinkage, SHRINK, lane);
+    if lane == 0u {
+        textureStore(dilation_maps, id.xy, dilation.slot, vec4(inflated, shrunk));
+    }
 }
 #endif

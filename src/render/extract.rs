@@ -34,26 +34,48 @@ pub(crate) struct ExtractedVolume {
     pub world_from_local: Affine3A,
 }
 
-impl ExtractedVolume {
-    /// The occlusion reach in world units: a ball of this radius in the world contains the reach
-    /// in volume space, however the volume is scaled.
-    pub fn reach_world(&self) -> f32 {
-        let matrix = self.world_from_local.matrix3;
-        // The Frobenius norm bounds the largest stretch; a uniform scale has it exactly.
-        let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec3A::length);
-        let longest = columns.into_iter().fold(0.0, f32::max);
-        let orthogonal = (matrix.transpose() * matrix).abs_diff_eq(
-            Mat3A::from_diagonal(Vec3::from_array(columns.map(|c| c * c))),
-            longest * longest * 1e-4,
-        );
-        let stretch = if orthogonal {
-            longest
-        } else {
-            columns.iter().map(|c| c * c).sum::<f32>().sqrt()
-        };
-        // Rounding must not make the reach too short.
-        self.occlusion.reach_mm(self.geometry.spacing_mm) as f32 * stretch * 1.001
+/// How far a carver acts on voxels, as radii of balls in the world.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Influence {
+    /// Contains the occlusion reach around a voxel.
+    pub reach_world: f32,
+    /// Contains all points that read a voxel.
+    pub footprint_world: f32,
+}
+
+impl Influence {
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            reach_world: self.reach_world.max(other.reach_world),
+            footprint_world: self.footprint_world.max(other.footprint_world),
+        }
     }
+}
+
+impl ExtractedVolume {
+    /// The influence on this volume, however it is scaled.
+    pub fn influence(&self) -> Influence {
+        // Rounding must not make a length too short.
+        let stretch = largest_stretch(self.world_from_local.matrix3) * 1.001;
+        Influence {
+            reach_world: self.occlusion.reach_mm(&self.geometry) as f32 * stretch,
+            footprint_world: AmbientOcclusion::footprint_mm(&self.geometry) as f32 * stretch,
+        }
+    }
+}
+
+/// An upper bound of what a matrix does to a length; exact unless it shears.
+fn largest_stretch(matrix: Mat3A) -> f32 {
+    let lengths = Vec3::new(
+        matrix.x_axis.length(),
+        matrix.y_axis.length(),
+        matrix.z_axis.length(),
+    );
+    let longest = lengths.max_element();
+    let gram = matrix.transpose() * matrix;
+    let shears = !gram.abs_diff_eq(Mat3A::from_diagonal(lengths * lengths), longest * longest * 1e-4);
+    // The Frobenius norm bounds the largest singular value.
+    if shears { lengths.length() } else { longest }
 }
 
 pub(crate) struct ExtractedCarver {

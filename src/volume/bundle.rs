@@ -1,7 +1,7 @@
 //! The components that put a volume into a scene, and the events about it.
 
 use bevy::{
-    asset::{AssetLoadFailedEvent, LoadState},
+    asset::{AssetLoadError, AssetLoadFailedEvent, AssetPath, LoadState},
     prelude::*,
 };
 
@@ -133,22 +133,28 @@ pub(super) fn report_loading(
         if loaded.contains(&volume.id()) || matches!(state, Some(LoadState::Loaded)) {
             commands.trigger(VolumeLoaded { entity });
         }
-        let error = failed
+        let of_volume = failed.iter().filter(|event| event.id == volume.id());
+        let of_function = failed_functions
             .iter()
-            .find(|event| event.id == volume.id())
-            .map(|event| format!("{}: {}", event.path, event.error))
-            .or_else(|| match &state {
-                Some(LoadState::Failed(error)) => Some(error.to_string()),
+            .filter(|event| event.id == transfer_function.id());
+        let errors = of_volume
+            .map(|event| describe(&event.path, &event.error))
+            .chain(of_function.map(|event| describe(&event.path, &event.error)))
+            .chain(match &state {
+                Some(LoadState::Failed(error)) => Some(first_line(error)),
                 _ => None,
-            })
-            .or_else(|| {
-                failed_functions
-                    .iter()
-                    .find(|event| event.id == transfer_function.id())
-                    .map(|event| format!("{}: {}", event.path, event.error))
             });
-        if let Some(error) = error {
+        for error in errors {
             commands.trigger(VolumeFailed { entity, error });
         }
     }
+}
+
+fn describe(path: &AssetPath, error: &AssetLoadError) -> String {
+    format!("{path}: {}", first_line(error))
+}
+
+/// Without the backtrace that Bevy may append.
+fn first_line(error: &impl ToString) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -40,6 +40,16 @@ impl VolumeGeometry {
         DAffine3::from_mat3_translation(DMat3::from_diagonal(scale), 0.5 * scale)
     }
 
+    /// The longest diagonal of a voxel, mm.
+    pub fn cell_diagonal_mm(&self) -> f64 {
+        let axes = self.local_from_voxel.matrix3;
+        let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        signs
+            .map(|(y, z)| (axes.x_axis + y * axes.y_axis + z * axes.z_axis).length())
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
     /// The 8 corners of the box that the voxels fill, volume space (mm): corner `k` is at the far
     /// end of grid axis `a` where bit `a` of `k` is set.
     pub fn corners(&self) -> [DVec3; 8] {

@@ -58,8 +58,7 @@ fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
         .iter()
         .filter(|&&c| c != CLIPPED && c != u8::MAX)
         .count();
-    let clipped = categories.iter().filter(|&&c| c == CLIPPED).count();
-    assert!(recast > 0 && clipped > 0, "{name}: carves nothing");
+    assert!(recast > 0, "{name}: carves nothing");
     recast as f64 / cao.len() as f64
 }
 

@@ -206,11 +206,10 @@ fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
 #[test]
 fn volumes_go_with_their_entity() {
     let mut scene = scene();
-    scene.headless.frame();
-    let background = scene.headless.image();
     scene.settle();
     let one = scene.status().usage;
-    assert!(scene.headless.image() != background, "is the same");
+    let is_empty = |image: Vec<u8>| image.chunks(4).all(|pixel| *pixel == image[..4]);
+    assert!(!is_empty(scene.headless.image()));
     let data = scene
         .world()
         .resource_mut::<Assets<Volume>>()
@@ -229,7 +228,7 @@ fn volumes_go_with_their_entity() {
     }
     let none = scene.status().usage;
     assert_eq!(none.textures, 3, "only the clip maps stay: {none:?}");
-    assert!(scene.headless.image() == background, "differs");
+    assert!(is_empty(scene.headless.image()));
     assert!(scene.world().get::<Mesh3d>(volume).is_none());
 }
 
@@ -249,6 +248,8 @@ fn a_carver_can_be_restricted_to_some_volumes() {
     scene.headless.frame();
     assert!(scene.occlusion() == untouched, "differs");
     scene.world().entity_mut(carver).insert(only(volume));
+    // The first frame with a carver at all compiles the pipeline of its depth maps.
+    scene.headless.frame();
     scene.headless.frame();
     assert!(scene.occlusion() != untouched, "is the same");
 }

@@ -15,7 +15,7 @@ use crate::render::{
     clip_depth::{ClipDepthJob, ClipDepthPipeline},
     clip_maps::{ClipMaps, DepthKey, DilationKey},
     dilate::DilatePipelines,
-    extract::{ExtractedCarver, ExtractedScene},
+    extract::{ExtractedCarver, ExtractedScene, Influence},
 };
 
 /// Plans steps II and III. A carver whose mesh or pipelines are not there yet waits a frame.
@@ -49,13 +49,13 @@ pub(crate) fn plan_carvers(
         let Some(slot) = slots.get_mut(&carver.entity) else {
             continue;
         };
-        let reach_world = reach_world(carver, &scene);
-        if reach_world <= 0.0 {
+        let influence = influence(carver, &scene);
+        if influence.reach_world <= 0.0 {
             // There is nothing to carve.
             continue;
         }
         let depth_key = DepthKey::of(carver);
-        let Some(dilation_key) = DilationKey::new(carver, reach_world, slot.dilated) else {
+        let Some(dilation_key) = DilationKey::new(carver, influence, slot.dilated) else {
             continue;
         };
         let redraws = slot.drawn != Some(depth_key);
@@ -97,12 +97,13 @@ pub(crate) fn plan_carvers(
     }
 }
 
-/// The farthest reach, world units, of the volumes that a carver carves.
-fn reach_world(carver: &ExtractedCarver, scene: &ExtractedScene) -> f32 {
-    scene
+/// How far a carver acts on any of the volumes that it carves.
+fn influence(carver: &ExtractedCarver, scene: &ExtractedScene) -> Influence {
+    let carved = scene
         .volumes
         .iter()
-        .filter(|volume| carver.clip_mesh.carves(volume.entity.id()))
-        .map(|volume| volume.reach_world())
-        .fold(0.0, f32::max)
+        .filter(|volume| carver.clip_mesh.carves(volume.entity.id()));
+    carved
+        .map(|volume| volume.influence())
+        .fold(default(), Influence::max)
 }
