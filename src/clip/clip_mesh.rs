@@ -68,7 +68,7 @@ pub enum ClipTargets {
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct ClipSettings {
-    /// Width and height of a depth map in texels, rounded up to a multiple of 8.
+    /// Width and height of a depth map in texels, rounded up to a multiple of 16.
     ///
     /// More texels follow curved and slanted surfaces closer; memory grows with the square
     /// (8 bytes per texel and carver), the time of a carve frame hardly at all.

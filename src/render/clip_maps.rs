@@ -21,7 +21,10 @@ use crate::{
 
 /// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
 /// taken over whole texels.
-pub(crate) const TEXELS_PER_DILATION_TEXEL: u32 = 8;
+const TEXELS_PER_DILATION_TEXEL: u32 = 8;
+
+/// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
+const TEXELS_PER_TILE: u32 = 16;
 
 /// The maps of every carver.
 #[derive(Resource, Default)]
@@ -43,7 +46,7 @@ pub(crate) struct ClipTextures {
     /// Layer `slot`: near and far bound of the inflated mesh, then of the shrunk one.
     pub dilation_view: TextureView,
     tiles: Texture,
-    /// Extrema of 8x8 texels of the depth map being dilated.
+    /// Extrema of the tiles of the depth map being dilated.
     pub tile_view: TextureView,
 }
 
@@ -118,9 +121,9 @@ pub(crate) fn capacity_for(carvers: usize) -> u32 {
     carvers.clamp(1, MAX_CARVERS).next_power_of_two() as u32
 }
 
-/// A depth map size that divides into dilation texels.
+/// A depth map size that divides into tiles.
 pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
-    let step = TEXELS_PER_DILATION_TEXEL;
+    let step = TEXELS_PER_TILE;
     requested
         .clamp(step, largest)
         .next_multiple_of(step)
@@ -184,7 +187,6 @@ impl ClipTextures {
                 ..default()
             })
         };
-        let coarse = depth_map_size / TEXELS_PER_DILATION_TEXEL;
         let depth = array(
             "contextual_ao_depth_maps",
             depth_map_size,
@@ -194,14 +196,14 @@ impl ClipTextures {
         );
         let dilation = array(
             "contextual_ao_dilation_maps",
-            coarse,
+            depth_map_size / TEXELS_PER_DILATION_TEXEL,
             capacity,
             TextureFormat::Rgba32Float,
             TextureUsages::STORAGE_BINDING,
         );
         let tiles = array(
             "contextual_ao_depth_tiles",
-            coarse,
+            depth_map_size / TEXELS_PER_TILE,
             1,
             TextureFormat::Rgba32Float,
             TextureUsages::STORAGE_BINDING,
@@ -216,6 +218,11 @@ impl ClipTextures {
             dilation,
             tiles,
         }
+    }
+
+    /// Tiles along each side of a depth map.
+    pub fn tile_count(&self) -> u32 {
+        self.depth_map_size / TEXELS_PER_TILE
     }
 
     /// Texels per side of a dilation map.

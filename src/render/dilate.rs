@@ -146,11 +146,10 @@ impl DilateJob {
         textures: &ClipTextures,
         cache: &PipelineCache,
     ) {
-        let size = textures.dilation_map_size();
         // The reduction has a tile per invocation, the dilation a texel per workgroup.
         let passes = [
-            (pipelines.reduce, &self.reduce, size.div_ceil(8)),
-            (pipelines.dilate, &self.dilate, size),
+            (pipelines.reduce, &self.reduce, textures.tile_count().div_ceil(8)),
+            (pipelines.dilate, &self.dilate, textures.dilation_map_size()),
         ];
         for (pipeline, bind_group, groups) in passes {
             let Some(pipeline) = cache.get_compute_pipeline(pipeline) else {

@@ -5,8 +5,8 @@
 // an intersecting one the other way round.
 //
 // The published search over all texels within reach is O(r²) per texel. Here the depth maps are
-// first reduced to the extrema of 8x8 tiles; then a workgroup per texel of the dilation map looks
-// into the few tiles that can still improve its bound, one invocation per texel of a tile. The
+// first reduced to the extrema of 16x16 tiles; then a workgroup per texel of the dilation map looks
+// into the few tiles that can still improve its bound, all invocations at the texels of one. The
 // result is exact: the tightest bound that holds for every point of a dilation texel.
 
 struct Dilation {
@@ -19,7 +19,7 @@ struct Dilation {
     frame_size: vec2<f32>,
 }
 
-const TILE: u32 = 8u;
+const TILE: u32 = 16u;
 // No surface: farther than any depth, and still far after the reach is added.
 const FAR: f32 = 1.0e9;
 // A mesh is inflated by lowering (near, -far), and shrunk by lowering (-near, far).
@@ -76,8 +76,8 @@ fn tile_bounds(tile: vec2<u32>, way: f32) -> vec2<f32> {
     return select(bounds.zw, bounds.xy, way == INFLATE);
 }
 
-// Invocations of a workgroup: as many as there are texels in a tile.
-const WIDTH: u32 = TILE * TILE;
+// Invocations of a workgroup.
+const WIDTH: u32 = 64u;
 // Which of WIDTH tiles are worth a search, a bit each.
 var<workgroup> candidates: array<atomic<u32>, 2>;
 var<workgroup> shared_bounds: array<vec2<f32>, WIDTH>;
@@ -145,11 +145,14 @@ fn dilate_block(block: vec2<f32>, half_block: vec2<f32>, radii: vec3<f32>, way: 
             while bits != 0u {
                 let found = start + 32u * word + countTrailingZeros(bits);
                 bits &= bits - 1u;
-                let texel = TILE * (first + vec2(found % columns, found / columns)) + vec2(lane % TILE, lane / TILE);
-                let center = (vec2<f32>(texel) + 0.5) * texel_size;
-                let height = half_height(gap(center, 0.5 * texel_size, block, half_block), radii);
-                if height >= 0.0 {
-                    least = min(least, bounds_at(texel, way) - height);
+                let corner = TILE * (first + vec2(found % columns, found / columns));
+                for (var k = lane; k < TILE * TILE; k += WIDTH) {
+                    let texel = corner + vec2(k % TILE, k / TILE);
+                    let center = (vec2<f32>(texel) + 0.5) * texel_size;
+                    let height = half_height(gap(center, 0.5 * texel_size, block, half_block), radii);
+                    if height >= 0.0 {
+                        least = min(least, bounds_at(texel, way) - height);
+                    }
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The passes, in the render world. This file only wires them up:
 //!
-//! main world → [`extract`] → [`volume_store`], [`clip_maps`] (what stays on the device) →
-//! [`plan`] (what this frame needs) → [`encode`] (the passes, in order).
+//! main world → `extract` → `volume_store`, `clip_maps` (what stays on the device) → `plan` (what
+//! this frame needs) → `encode` (the passes, in order).
 
 mod bricks;
 mod classify;

@@ -19,7 +19,7 @@ use super::{
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
-    volume_uniform::{CarverTable, OcclusionPassUniform, VolumeUniform},
+    volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
 };
 use crate::{
     diagnostics::GpuUsage,
@@ -136,8 +136,7 @@ pub(crate) enum OpacityKey {
     Unclipped(UnclippedKey),
     Clipped {
         unclipped: UnclippedKey,
-        carvers: CarverTable,
-        carver_count: u32,
+        carvers: Vec<CarverUniform>,
         /// Counts redrawn depth and dilation maps.
         maps_revision: u64,
     },

@@ -102,6 +102,17 @@ impl Default for CarverTable {
     }
 }
 
+impl From<&[CarverUniform]> for CarverTable {
+    /// At most [`MAX_CARVERS`].
+    fn from(carvers: &[CarverUniform]) -> Self {
+        let mut table = Self::default();
+        for (entry, carver) in table.carvers.iter_mut().zip(carvers) {
+            *entry = *carver;
+        }
+        table
+    }
+}
+
 impl CarverUniform {
     pub fn new(
         carver: &ExtractedCarver,

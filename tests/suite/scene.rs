@@ -84,7 +84,11 @@ impl TestScene {
         mode: ShadingMode,
         setup: impl FnOnce(&mut App),
     ) -> Self {
-        let mut headless = Headless::new(IMAGE, setup);
+        let mut headless = Headless::new(IMAGE, |app| {
+            // Fine enough for volumes of 30 voxels, and quick on a software driver.
+            app.insert_resource(ClipSettings { depth_map_size: 256 });
+            setup(app);
+        });
         let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).length();
         let camera = headless.camera();
         let world = headless.app.world_mut();

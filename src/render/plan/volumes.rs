@@ -3,24 +3,26 @@
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{BindGroup, PipelineCache},
+        render_resource::{BindGroup, PipelineCache, ShaderType, UniformBuffer, encase::internal::WriteInto},
         renderer::{RenderDevice, RenderQueue},
     },
 };
-use std::time::{Duration, Instant};
 
-use super::FramePlan;
+use super::{
+    FramePlan,
+    budget::PrecomputeBudget,
+    work::{Goal, Work},
+};
 use crate::{
     diagnostics::ReportChannel,
     render::{
-        bricks::{VOXELS_PER_BRICK, brick_count},
         classify::ClassifyPipeline,
         clip_maps::ClipMaps,
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
         ray_cast::{RayCastPipeline, RayCastTarget},
         volume_bindings,
-        volume_store::{OpacityKey, UnclippedKey, VolumeResources, VolumeStore},
+        volume_store::{VolumeResources, VolumeStore},
         volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
     },
 };
@@ -47,58 +49,6 @@ pub(crate) struct CarveJob {
     pub classify: BindGroup,
     pub cast: Option<BindGroup>,
     pub bricks: u32,
-}
-
-/// How many samples of step I are taken in one frame: as many as keep the app responsive.
-///
-/// One dispatch then also stays far below what a driver's watchdog allows (2 s on Windows).
-pub(crate) struct PrecomputeBudget {
-    samples: u64,
-    last_frame: Option<Instant>,
-    /// The shortest frame so far: about what a frame takes without computing occlusion.
-    shortest: Duration,
-}
-
-impl Default for PrecomputeBudget {
-    fn default() -> Self {
-        Self {
-            samples: Self::LEAST,
-            last_frame: None,
-            shortest: Duration::MAX,
-        }
-    }
-}
-
-impl PrecomputeBudget {
-    const LEAST: u64 = 1 << 22;
-    const MOST: u64 = 1 << 32;
-    /// A frame may take this long for computing occlusion, or twice what it takes anyway.
-    const FRAME: Duration = Duration::from_millis(50);
-    /// But no longer than this.
-    const LONGEST: Duration = Duration::from_secs(1);
-
-    /// Bricks to cast this frame, at least one.
-    fn bricks(&mut self, samples_per_voxel: u64, now: Instant) -> u32 {
-        if let Some(last) = self.last_frame.replace(now) {
-            let frame = now.duration_since(last);
-            self.shortest = self.shortest.min(frame);
-            let allowed = Self::FRAME.max(2 * self.shortest).min(Self::LONGEST);
-            let samples = if frame < allowed {
-                self.samples * 2
-            } else {
-                self.samples / 2
-            };
-            self.samples = samples.clamp(Self::LEAST, Self::MOST);
-        }
-        let per_brick = (samples_per_voxel * VOXELS_PER_BRICK).max(1);
-        (self.samples / per_brick).clamp(1, u32::MAX as u64) as u32
-    }
-
-    /// To be called in frames that compute none: the time since then says nothing.
-    fn pause(&mut self) {
-        self.last_frame = None;
-        self.shortest = Duration::MAX;
-    }
 }
 
 /// Writes what the shaders read and plans steps I, IV and V.
@@ -130,8 +80,10 @@ pub(crate) fn plan_volumes(
             continue;
         };
         resources.upload(volume, &device, &queue);
-        let (carvers, carver_count) = carver_table(volume, &scene, &plan);
-        let goal = Goal::of(volume, carvers, carver_count, plan.maps_revision);
+        let carvers = carvers_of(volume, &scene, &plan);
+        let table = CarverTable::from(&carvers[..]);
+        let carver_count = carvers.len() as u32;
+        let goal = Goal::of(volume, carvers, plan.maps_revision);
         let work = if pipelines_ready {
             resources.advance(volume, &goal, &mut budget)
         } else {
@@ -139,14 +91,12 @@ pub(crate) fn plan_volumes(
         };
         precomputes |= work.precompute.is_some();
         progress.push((volume.entity.id(), resources.progress(&goal, volume)));
-        resources.write_uniforms(
-            volume,
-            &goal,
-            clip.depth_map_size,
-            clip.dilation_map_size(),
-            &device,
-            &queue,
-        );
+        let sizes = [clip.depth_map_size, clip.dilation_map_size()];
+        let has_occlusion = resources.state.occlusion_for.is_some();
+        let largest = resources.largest_stored;
+        let uniform = VolumeUniform::new(volume, largest, has_occlusion, carver_count, sizes);
+        write_if_changed(&mut resources.uniform, uniform, &device, &queue);
+        write_if_changed(&mut resources.carvers, table, &device, &queue);
         let job = work.bind(
             resources,
             clip,
@@ -173,165 +123,34 @@ pub(crate) fn plan_volumes(
 }
 
 /// The carvers that act on a volume, as its shaders see them.
-fn carver_table(volume: &ExtractedVolume, scene: &ExtractedScene, plan: &FramePlan) -> (CarverTable, u32) {
-    let mut table = CarverTable::default();
-    let mut count = 0;
-    for carver in &scene.carvers {
-        let Some(ready) = plan.carvers.get(&carver.entity) else {
-            continue;
-        };
-        if carver.clip_mesh.carves(volume.entity.id()) {
-            table.carvers[count] = CarverUniform::new(carver, volume, ready.dilation.frame(), ready.slot);
-            count += 1;
-        }
-    }
-    (table, count as u32)
+fn carvers_of(volume: &ExtractedVolume, scene: &ExtractedScene, plan: &FramePlan) -> Vec<CarverUniform> {
+    let carving = scene
+        .carvers
+        .iter()
+        .filter(|carver| carver.clip_mesh.carves(volume.entity.id()));
+    carving
+        .filter_map(|carver| {
+            let ready = plan.carvers.get(&carver.entity)?;
+            Some(CarverUniform::new(
+                carver,
+                volume,
+                ready.dilation.frame(),
+                ready.slot,
+            ))
+        })
+        .collect()
 }
 
-/// What the textures of a volume should hold at the end of this frame.
-struct Goal {
-    unclipped: UnclippedKey,
-    opacities: OpacityKey,
-    carvers: CarverTable,
-    carver_count: u32,
-}
-
-impl Goal {
-    fn of(volume: &ExtractedVolume, carvers: CarverTable, carver_count: u32, maps_revision: u64) -> Self {
-        let unclipped = UnclippedKey {
-            table_revision: volume.table.revision,
-            occlusion: volume.occlusion.clone(),
-        };
-        Self {
-            opacities: OpacityKey::Clipped {
-                unclipped: unclipped.clone(),
-                carvers: carvers.clone(),
-                carver_count,
-                maps_revision: if carver_count == 0 { 0 } else { maps_revision },
-            },
-            unclipped,
-            carvers,
-            carver_count,
-        }
-    }
-
-    /// What the drawn occlusion is of, once it is computed.
-    fn outcome(&self) -> (UnclippedKey, OpacityKey) {
-        (self.unclipped.clone(), self.opacities.clone())
-    }
-}
-
-/// What has to be done to come closer to a [`Goal`].
-#[derive(Default)]
-struct Work {
-    /// First brick and end of a portion of step I, and whether opacities come first.
-    precompute: Option<(u32, u32, bool)>,
-    classifies: bool,
-    casts: bool,
-    casts_all: bool,
-    volume_bricks: u32,
-    rays: u32,
-    steps: u32,
-}
-
-impl VolumeResources {
-    /// Share of what the shading mode needs that is there after this frame.
-    fn progress(&self, goal: &Goal, volume: &ExtractedVolume) -> f32 {
-        let mode = volume.shading.mode;
-        let state = &self.state;
-        let is_done = if mode.uses_occlusion() {
-            state.occlusion_for.as_ref() == Some(&goal.outcome())
-        } else {
-            !mode.uses_light() || state.opacities_for.as_ref() == Some(&goal.opacities)
-        };
-        if is_done {
-            return 1.0;
-        }
-        if state.unclipped_for.as_ref() != Some(&goal.unclipped) {
-            return 0.0;
-        }
-        // Never quite 1 while the carvers have not been seen to.
-        let bricks = brick_count(volume.geometry.dimensions) as f32;
-        (state.bricks_done as f32 / bricks).min(0.999)
-    }
-
-    /// Decides this frame's passes, and records their outcome: once planned, they run.
-    fn advance(&mut self, volume: &ExtractedVolume, goal: &Goal, budget: &mut PrecomputeBudget) -> Work {
-        let mode = volume.shading.mode;
-        let state = &mut self.state;
-        let mut work = Work {
-            volume_bricks: brick_count(volume.geometry.dimensions),
-            rays: volume.occlusion.pattern.rays(),
-            steps: volume.occlusion.steps,
-            casts_all: mode.recomputes_all(),
-            ..default()
-        };
-        if mode.uses_occlusion() && !work.casts_all {
-            if state.unclipped_for.as_ref() != Some(&goal.unclipped) {
-                state.unclipped_for = Some(goal.unclipped.clone());
-                state.bricks_done = 0;
-            }
-            if state.bricks_done < work.volume_bricks {
-                let per_voxel = work.rays as u64 * work.steps.max(1) as u64;
-                let first = state.bricks_done;
-                let end = first
-                    .saturating_add(budget.bricks(per_voxel, Instant::now()))
-                    .min(work.volume_bricks);
-                let unclipped = OpacityKey::Unclipped(goal.unclipped.clone());
-                let classifies = state.opacities_for.as_ref() != Some(&unclipped);
-                state.opacities_for = Some(unclipped);
-                state.bricks_done = end;
-                work.precompute = Some((first, end, classifies));
-                if end < work.volume_bricks {
-                    // Carving waits: the opacities are in use.
-                    return work;
-                }
-            }
-        }
-        if work.casts_all {
-            // The reference recomputes everything every frame.
-            (work.classifies, work.casts) = (true, true);
-        } else {
-            work.classifies = (mode.uses_occlusion() || mode.uses_light())
-                && state.opacities_for.as_ref() != Some(&goal.opacities);
-            work.casts = mode.uses_occlusion() && state.occlusion_for.as_ref() != Some(&goal.outcome());
-            // The categories are needed again where only the cast is missing.
-            work.classifies |= work.casts;
-        }
-        if work.classifies {
-            state.opacities_for = Some(goal.opacities.clone());
-        }
-        if work.casts {
-            state.occlusion_for = Some(goal.outcome());
-        }
-        work
-    }
-
-    fn write_uniforms(
-        &mut self,
-        volume: &ExtractedVolume,
-        goal: &Goal,
-        depth_map_size: u32,
-        dilation_map_size: u32,
-        device: &RenderDevice,
-        queue: &RenderQueue,
-    ) {
-        let has_occlusion = self.state.occlusion_for.is_some();
-        let uniform = VolumeUniform::new(
-            volume,
-            self.largest_stored,
-            has_occlusion,
-            goal.carver_count,
-            [depth_map_size, dilation_map_size],
-        );
-        if self.uniform.buffer().is_none() || *self.uniform.get() != uniform {
-            self.uniform.set(uniform);
-            self.uniform.write_buffer(device, queue);
-        }
-        if self.carvers.buffer().is_none() || *self.carvers.get() != goal.carvers {
-            self.carvers.set(goal.carvers.clone());
-            self.carvers.write_buffer(device, queue);
-        }
+/// Puts a value where shaders read it, unless it is there.
+fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
+    buffer: &mut UniformBuffer<T>,
+    value: T,
+    device: &RenderDevice,
+    queue: &RenderQueue,
+) {
+    if buffer.buffer().is_none() || *buffer.get() != value {
+        buffer.set(value);
+        buffer.write_buffer(device, queue);
     }
 }
 

@@ -1,8 +1,10 @@
 //! Decides, before anything is encoded, which passes this frame needs: a frame in which nothing
 //! changed needs none.
 
+mod budget;
 mod carvers;
 mod volumes;
+mod work;
 
 pub(crate) use carvers::plan_carvers;
 pub(crate) use volumes::{VolumeJob, plan_volumes};
