@@ -20,13 +20,7 @@ pub const SPAN_PRECOMPUTE: &str = "contextual_ao/precompute";
 /// Casting rays of voxels affected by clipping (step V).
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
 /// All passes before drawing.
-pub const SPANS: [&str; 5] = [
-    SPAN_DEPTH,
-    SPAN_DILATE,
-    SPAN_CLASSIFY,
-    SPAN_PRECOMPUTE,
-    SPAN_RAY_CAST,
-];
+pub const SPANS: [&str; 5] = [SPAN_DEPTH, SPAN_DILATE, SPAN_CLASSIFY, SPAN_PRECOMPUTE, SPAN_RAY_CAST];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
@@ -59,10 +53,7 @@ pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
         diagnostics.get(&path)?.measurement().map(|m| m.value as u64)
     };
     let word = |low: &str, high: &str| Some(read(low)? | read(high)? << 32);
-    Some(Work {
-        voxels: word(COUNTERS[0], COUNTERS[1])?,
-        samples: word(COUNTERS[2], COUNTERS[3])?,
-    })
+    Some(Work { voxels: word(COUNTERS[0], COUNTERS[1])?, samples: word(COUNTERS[2], COUNTERS[3])? })
 }
 
 /// The latest time on the GPU of a span, milliseconds.

@@ -10,7 +10,7 @@ use crate::{
     diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
-    render::OcclusionRenderPlugin,
+    render::{DeviceSupport, OcclusionRenderPlugin},
     volume::{OcclusionProgress, VolumeOccluded, VolumePlugin},
 };
 
@@ -35,34 +35,31 @@ impl Plugin for ContextualAoPlugin {
             warn!("ContextualAoPlugin: there is no renderer, so volumes are not drawn");
             return;
         }
-        if let Some(device) = app.world().get_resource::<RenderDevice>()
-            && let Err(lacking) = check_limits(&device.limits())
-        {
+        app.add_plugins((OcclusionRenderPlugin, VolumeMaterialPlugin));
+    }
+
+    // The device is there only now.
+    fn finish(&self, app: &mut App) {
+        let Some(device) = app.world().get_resource::<RenderDevice>() else {
+            return;
+        };
+        if let Err(lacking) = check_limits(&device.limits()) {
             warn!("ContextualAoPlugin: volumes are not drawn, the graphics device lacks {lacking}");
             return;
         }
-        app.add_plugins((OcclusionRenderPlugin, VolumeMaterialPlugin));
+        app.insert_resource(DeviceSupport);
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.insert_resource(DeviceSupport);
+        }
     }
 }
 
 /// What the passes need of a device, beyond what drawing in Bevy needs.
 fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     let needed = [
-        (
-            "compute workgroups of 64 invocations",
-            limits.max_compute_invocations_per_workgroup,
-            64,
-        ),
-        (
-            "2 storage textures per stage",
-            limits.max_storage_textures_per_shader_stage,
-            2,
-        ),
-        (
-            "10 KiB uniform buffers",
-            limits.max_uniform_buffer_binding_size as u32,
-            10_240,
-        ),
+        ("compute workgroups of 64 invocations", limits.max_compute_invocations_per_workgroup, 64),
+        ("2 storage textures per stage", limits.max_storage_textures_per_shader_stage, 2),
+        ("10 KiB uniform buffers", limits.max_uniform_buffer_binding_size as u32, 10_240),
     ];
     match needed.iter().find(|(_, has, needs)| has < needs) {
         Some((what, has, _)) => Err(format!("{what} (it has {has})")),
@@ -80,10 +77,7 @@ fn receive_report(
     let Ok(mut report) = channel.0.lock() else {
         return;
     };
-    let new = RenderStatus {
-        usage: report.usage,
-        passes: report.passes,
-    };
+    let new = RenderStatus { usage: report.usage, passes: report.passes };
     status.set_if_neq(new);
     for (entity, progress) in report.progress.drain(..) {
         let Ok(mut current) = volumes.get_mut(entity) else {
@@ -92,5 +86,18 @@ fn receive_report(
         if current.set_if_neq(OcclusionProgress(progress)) && progress >= 1.0 {
             commands.trigger(VolumeOccluded { entity });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_without_compute_is_refused_by_name() {
+        assert_eq!(check_limits(&WgpuLimits::default()), Ok(()));
+        let webgl = WgpuLimits::downlevel_webgl2_defaults();
+        let lacking = check_limits(&webgl).expect_err("WebGL2 has no compute shaders");
+        assert!(lacking.contains("compute"), "{lacking}");
     }
 }

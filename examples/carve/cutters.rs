@@ -50,18 +50,8 @@ type Start = (&'static str, f32, Vec3, Quat);
 fn starts() -> [Start; 3] {
     [
         ("sphere", 0.55, Vec3::new(0.42, 0.62, 0.62), Quat::IDENTITY),
-        (
-            "box",
-            0.34,
-            Vec3::new(0.66, -0.35, 0.32),
-            Quat::from_rotation_y(-0.5),
-        ),
-        (
-            "ring",
-            0.38,
-            Vec3::new(0.02, -0.42, 0.64),
-            Quat::from_rotation_x(1.4),
-        ),
+        ("box", 0.34, Vec3::new(0.66, -0.35, 0.32), Quat::from_rotation_y(-0.5)),
+        ("ring", 0.38, Vec3::new(0.02, -0.42, 0.64), Quat::from_rotation_x(1.4)),
     ]
 }
 
@@ -77,9 +67,7 @@ fn spawn_cutters(
     mut hand: ResMut<Hand>,
 ) -> Result {
     let (volume, transform) = volumes.get(loaded.entity)?;
-    let bounds = assets
-        .get(&volume.0)
-        .and_then(|volume| loading::bounds(volume, transform));
+    let bounds = assets.get(&volume.0).and_then(|volume| loading::bounds(volume, transform));
     let Some(bounds) = bounds.filter(|_| cutters.is_empty()) else {
         return Ok(());
     };
@@ -116,12 +104,7 @@ fn spawn_cutters(
 }
 
 fn coat_material() -> StandardMaterial {
-    StandardMaterial {
-        alpha_mode: AlphaMode::Blend,
-        unlit: true,
-        depth_bias: IN_FRONT,
-        ..default()
-    }
+    StandardMaterial { alpha_mode: AlphaMode::Blend, unlit: true, depth_bias: IN_FRONT, ..default() }
 }
 
 /// The closed mesh of a cutter, and its outline.
@@ -148,10 +131,7 @@ fn shape(index: usize) -> Result<(Mesh, Mesh), MeshMergeError> {
                     .translated_by(Vec3::X)
                     .rotated_by(Quat::from_rotation_y(k as f32 * TAU / 8.0))
             });
-            let ring = Torus {
-                minor_radius: RING_TUBE,
-                major_radius: 1.0,
-            };
+            let ring = Torus { minor_radius: RING_TUBE, major_radius: 1.0 };
             let body = ring.mesh().minor_resolution(32).major_resolution(64).build();
             (body, merged(around.into_iter().chain(across))?)
         }
@@ -160,10 +140,7 @@ fn shape(index: usize) -> Result<(Mesh, Mesh), MeshMergeError> {
 
 /// A circle around the y axis.
 fn circle(radius: f32) -> Mesh {
-    let tube = Torus {
-        minor_radius: LINE_RADIUS,
-        major_radius: radius,
-    };
+    let tube = Torus { minor_radius: LINE_RADIUS, major_radius: radius };
     tube.mesh().minor_resolution(6).major_resolution(96).build()
 }
 

@@ -40,18 +40,15 @@ pub struct HandsPlugin;
 
 impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Hand>()
-            .add_observer(grab)
-            .add_observer(drag)
-            .add_systems(
-                Update,
-                (
-                    (select_next, toggle_operation, reset, press_keys)
-                        .chain()
-                        .run_if(not(egui_wants_any_keyboard_input)),
-                    (let_go, scroll, lend_pointer_to_camera).chain(),
-                ),
-            );
+        app.init_resource::<Hand>().add_observer(grab).add_observer(drag).add_systems(
+            Update,
+            (
+                (select_next, toggle_operation, reset, press_keys)
+                    .chain()
+                    .run_if(not(egui_wants_any_keyboard_input)),
+                (let_go, scroll, lend_pointer_to_camera).chain(),
+            ),
+        );
     }
 }
 
@@ -111,8 +108,7 @@ fn cutter_under_pointer(
 ) -> Option<Entity> {
     let is_idle = buttons.get_pressed().len() == 0;
     let hovered = || cutters.iter().find(|(_, hovered)| hovered.get());
-    hand.grabbed
-        .or_else(|| hovered().filter(|_| is_idle).map(|(entity, _)| entity))
+    hand.grabbed.or_else(|| hovered().filter(|_| is_idle).map(|(entity, _)| entity))
 }
 
 fn scroll(
@@ -131,11 +127,7 @@ fn scroll(
         MouseScrollUnit::Pixel => wheel.delta.y * NOTCHES_PER_PIXEL,
     };
     if let Some(entity) = cutter_under_pointer(&hand, &buttons, &hovered) {
-        push(
-            &mut *cutters.get_mut(entity)?,
-            cameras.single()?,
-            notches * DEPTH_PER_NOTCH,
-        );
+        push(&mut *cutters.get_mut(entity)?, cameras.single()?, notches * DEPTH_PER_NOTCH);
     }
     Ok(())
 }
@@ -167,9 +159,7 @@ fn select_next(keys: Res<ButtonInput<KeyCode>>, cutters: Query<(Entity, &Cutter)
     }
     let mut order: Vec<_> = cutters.iter().collect();
     order.sort_by_key(|(_, cutter)| cutter.index);
-    let selected = order
-        .iter()
-        .position(|&(entity, _)| hand.selected == Some(entity));
+    let selected = order.iter().position(|&(entity, _)| hand.selected == Some(entity));
     let next = selected.map_or(0, |index| index + 1);
     hand.selected = order.get(next).or(order.first()).map(|&(entity, _)| entity);
 }
@@ -213,14 +203,8 @@ fn press_keys(
     let depth = axis(&[KeyCode::KeyQ], &[KeyCode::KeyE]);
     let growth = axis(&[KeyCode::KeyZ], &[KeyCode::KeyX]);
     let turn = Vec2::new(
-        axis(
-            &[KeyCode::KeyW, KeyCode::ArrowUp],
-            &[KeyCode::KeyS, KeyCode::ArrowDown],
-        ),
-        axis(
-            &[KeyCode::KeyA, KeyCode::ArrowLeft],
-            &[KeyCode::KeyD, KeyCode::ArrowRight],
-        ),
+        axis(&[KeyCode::KeyW, KeyCode::ArrowUp], &[KeyCode::KeyS, KeyCode::ArrowDown]),
+        axis(&[KeyCode::KeyA, KeyCode::ArrowLeft], &[KeyCode::KeyD, KeyCode::ArrowRight]),
     );
     // Untouched, it must not count as changed.
     if (depth, growth, turn) == (0.0, 0.0, Vec2::ZERO) {

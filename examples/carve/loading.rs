@@ -63,9 +63,8 @@ fn open(
     mut shown: ResMut<Shown>,
 ) {
     let file = arguments.file.as_deref();
-    shown.name = file
-        .and_then(Path::file_name)
-        .map_or(DEFAULT_VOLUME.into(), |name| name.to_string_lossy().into());
+    shown.name =
+        file.and_then(Path::file_name).map_or(DEFAULT_VOLUME.into(), |name| name.to_string_lossy().into());
     let volume = assets.load(match file {
         Some(file) => outside_assets(file),
         None => AssetPath::from(DEFAULT_VOLUME),

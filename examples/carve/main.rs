@@ -45,10 +45,7 @@ const NEAR: f32 = 0.005;
 
 fn main() -> AppExit {
     let arguments = Arguments::parse();
-    let window = Window {
-        title: "carve".into(),
-        ..default()
-    };
+    let window = Window { title: "carve".into(), ..default() };
     App::new()
         .insert_resource(arguments)
         .insert_resource(ClearColor(BACKGROUND))
@@ -60,10 +57,7 @@ fn main() -> AppExit {
                     unapproved_path_mode: UnapprovedPathMode::Allow,
                     ..default()
                 })
-                .set(WindowPlugin {
-                    primary_window: Some(window),
-                    ..default()
-                }),
+                .set(WindowPlugin { primary_window: Some(window), ..default() }),
         )
         .add_plugins((
             ContextualAoPlugin::default(),
@@ -73,12 +67,7 @@ fn main() -> AppExit {
             FrameTimeDiagnosticsPlugin::default(),
             RenderDiagnosticsPlugin,
         ))
-        .add_plugins((
-            loading::LoadingPlugin,
-            cutters::CuttersPlugin,
-            hands::HandsPlugin,
-            panel::PanelPlugin,
-        ))
+        .add_plugins((loading::LoadingPlugin, cutters::CuttersPlugin, hands::HandsPlugin, panel::PanelPlugin))
         .add_systems(Startup, spawn_cameras)
         .run()
 }
@@ -88,15 +77,8 @@ fn main() -> AppExit {
 fn spawn_cameras(mut commands: Commands, mut egui_settings: ResMut<EguiGlobalSettings>) {
     egui_settings.auto_create_primary_context = false;
     commands.spawn((
-        PanOrbitCamera {
-            yaw: Some(FIRST_YAW),
-            pitch: Some(FIRST_PITCH),
-            ..default()
-        },
-        Projection::Perspective(PerspectiveProjection {
-            near: NEAR,
-            ..default()
-        }),
+        PanOrbitCamera { yaw: Some(FIRST_YAW), pitch: Some(FIRST_PITCH), ..default() },
+        Projection::Perspective(PerspectiveProjection { near: NEAR, ..default() }),
         Tonemapping::None,
         Msaa::Off,
     ));

@@ -31,10 +31,7 @@ use crate::{
 const WIDTH: f32 = 330.0;
 const PADDING: f32 = 10.0;
 /// Dragging is for points and sliders.
-const SCROLLED_BY: ScrollSource = ScrollSource {
-    drag: false,
-    ..ScrollSource::ALL
-};
+const SCROLLED_BY: ScrollSource = ScrollSource { drag: false, ..ScrollSource::ALL };
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
 const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
@@ -48,17 +45,9 @@ impl Plugin for PanelPlugin {
         app.init_resource::<TransferEditor>()
             .add_systems(
                 PreUpdate,
-                keep_tab_key
-                    .after(EguiPreUpdateSet::ProcessInput)
-                    .before(EguiPreUpdateSet::BeginPass),
+                keep_tab_key.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
             )
-            .add_systems(
-                Update,
-                (
-                    leave_room,
-                    choose_mode_by_key.run_if(not(egui_wants_any_keyboard_input)),
-                ),
-            )
+            .add_systems(Update, (leave_room, choose_mode_by_key.run_if(not(egui_wants_any_keyboard_input))))
             .add_systems(EguiPrimaryContextPass, show);
     }
 }
@@ -85,15 +74,7 @@ struct Readings<'w, 's> {
 
 /// The Tab key selects cutters here, not widgets.
 fn keep_tab_key(mut inputs: Query<&mut EguiInput>) {
-    let is_tab = |event: &egui::Event| {
-        matches!(
-            event,
-            egui::Event::Key {
-                key: egui::Key::Tab,
-                ..
-            }
-        )
-    };
+    let is_tab = |event: &egui::Event| matches!(event, egui::Event::Key { key: egui::Key::Tab, .. });
     for mut input in &mut inputs {
         input.events.retain(|event| !is_tab(event));
     }
@@ -113,30 +94,18 @@ fn leave_room(
     for mut camera in &mut cameras {
         let current = camera.viewport.as_ref();
         if current.map(|viewport| viewport.physical_size) != Some(free) {
-            camera.viewport = Some(Viewport {
-                physical_position: UVec2::new(left, 0),
-                physical_size: free,
-                ..default()
-            });
+            camera.viewport =
+                Some(Viewport { physical_position: UVec2::new(left, 0), physical_size: free, ..default() });
         }
     }
 }
 
 fn choose_mode_by_key(keys: Res<ButtonInput<KeyCode>>, mut volumes: Query<&mut VolumeShading>) {
-    let digits = [
-        KeyCode::Digit1,
-        KeyCode::Digit2,
-        KeyCode::Digit3,
-        KeyCode::Digit4,
-        KeyCode::Digit5,
-    ];
+    let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
     for (key, mode) in digits.into_iter().zip(ShadingMode::ALL) {
         if keys.just_pressed(key) {
             for mut shading in &mut volumes {
-                let new = VolumeShading {
-                    mode,
-                    ..shading.clone()
-                };
+                let new = VolumeShading { mode, ..shading.clone() };
                 shading.set_if_neq(new);
             }
         }
@@ -155,17 +124,13 @@ fn show(
     let mut by_clock = Mut::from(by_clock);
     let context = contexts.ctx_mut()?;
     let height = context.content_rect().height();
-    let area = egui::Area::new("panel".into())
-        .fixed_pos(egui::Pos2::ZERO)
-        .movable(false);
+    let area = egui::Area::new("panel".into()).fixed_pos(egui::Pos2::ZERO).movable(false);
     area.show(context, |ui| {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(PADDING);
         frame.show(ui, |ui| {
             ui.set_width(WIDTH - 2.0 * PADDING);
             ui.set_height((height - 2.0 * PADDING).max(0.0));
-            let scroll = egui::ScrollArea::vertical()
-                .auto_shrink(false)
-                .scroll_source(SCROLLED_BY);
+            let scroll = egui::ScrollArea::vertical().auto_shrink(false).scroll_source(SCROLLED_BY);
             scroll.show(ui, |ui| {
                 for (volume, function, progress, occlusion, shading) in &mut volumes {
                     show_progress(ui, &readings, volume, *progress);
@@ -258,22 +223,16 @@ fn show_occlusion(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
         RayPattern::Fibonacci(_) => "fibonacci".into(),
         pattern => pattern.to_string(),
     };
-    ComboBox::from_label("ray pattern")
-        .selected_text(name(new.pattern))
-        .show_ui(ui, |ui| {
-            for pattern in patterns {
-                ui.selectable_value(&mut new.pattern, pattern, name(pattern));
-            }
-        });
+    ComboBox::from_label("ray pattern").selected_text(name(new.pattern)).show_ui(ui, |ui| {
+        for pattern in patterns {
+            ui.selectable_value(&mut new.pattern, pattern, name(pattern));
+        }
+    });
     if let RayPattern::Fibonacci(rays) = &mut new.pattern {
         ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
     }
     ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
-    ui.add(
-        Slider::new(&mut new.step_mm, STEP_MM)
-            .logarithmic(true)
-            .text("step, mm"),
-    );
+    ui.add(Slider::new(&mut new.step_mm, STEP_MM).logarithmic(true).text("step, mm"));
     // Any change restarts the computation.
     occlusion.set_if_neq(new);
 }
@@ -307,15 +266,13 @@ fn show_cutter(ui: &mut Ui, readings: &Readings) {
 }
 
 fn show_help(ui: &mut Ui) {
-    egui::CollapsingHeader::new("help")
-        .default_open(true)
-        .show(ui, |ui| {
-            Grid::new("help").num_columns(2).show(ui, |ui| {
-                for [keys, effect] in HELP {
-                    ui.label(RichText::new(keys).strong());
-                    ui.label(effect);
-                    ui.end_row();
-                }
-            });
+    egui::CollapsingHeader::new("help").default_open(true).show(ui, |ui| {
+        Grid::new("help").num_columns(2).show(ui, |ui| {
+            for [keys, effect] in HELP {
+                ui.label(RichText::new(keys).strong());
+                ui.label(effect);
+                ui.end_row();
+            }
         });
+    });
 }

@@ -40,9 +40,7 @@ pub fn show(
     last_runs: &mut LastRuns,
     mut by_clock: Mut<TimePassesByClock>,
 ) {
-    let fps = diagnostics
-        .get(&FrameTimeDiagnosticsPlugin::FPS)
-        .and_then(|fps| fps.smoothed());
+    let fps = diagnostics.get(&FrameTimeDiagnosticsPlugin::FPS).and_then(|fps| fps.smoothed());
     let passes = status.passes;
     Grid::new("timings").num_columns(3).striped(true).show(ui, |ui| {
         let mut row = |name: &str, ms: Option<f64>, jobs: String| {
@@ -55,10 +53,8 @@ pub fn show(
             ui.end_row();
         };
         for (index, span) in SPANS.into_iter().enumerate() {
-            let ms = passes
-                .clock_ms(span)
-                .filter(|_| by_clock.0)
-                .or_else(|| latest_gpu_ms(diagnostics, span));
+            let ms =
+                passes.clock_ms(span).filter(|_| by_clock.0).or_else(|| latest_gpu_ms(diagnostics, span));
             let name = span.rsplit('/').next().unwrap_or(span).replace('_', " ");
             let jobs = passes.jobs(span);
             let is_recent = last_runs.is_recent(index, jobs);

@@ -72,11 +72,8 @@ fn whole_view(function: &TransferFunction, content: &Content) -> [f32; 2] {
 }
 
 fn nearest(function: &TransferFunction, to_screen: &RectTransform, at: Pos2) -> Option<usize> {
-    let distance = |point: &ControlPoint| {
-        to_screen
-            .transform_pos(pos2(point.value, point.opacity))
-            .distance(at)
-    };
+    let distance =
+        |point: &ControlPoint| to_screen.transform_pos(pos2(point.value, point.opacity)).distance(at);
     let distances = function.points.iter().map(distance).enumerate();
     distances
         .filter(|&(_, distance)| distance < CATCH_RADIUS)
@@ -91,10 +88,8 @@ fn edit_points(
     function: &mut TransferFunction,
     to_screen: &RectTransform,
 ) {
-    let pressed_at = response
-        .ctx
-        .input(|input| input.pointer.press_origin())
-        .or(response.interact_pointer_pos());
+    let pressed_at =
+        response.ctx.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos());
     if response.drag_started_by(PointerButton::Primary) {
         editor.selected = pressed_at.and_then(|at| nearest(function, to_screen, at));
         editor.is_dragging = editor.selected.is_some();
@@ -116,11 +111,7 @@ fn edit_points(
     } else if response.double_clicked() && nearest(function, to_screen, pointer).is_none() {
         let [red, green, blue, _] = function.sample(at.x);
         let index = function.points.partition_point(|point| point.value <= at.x);
-        let point = ControlPoint {
-            value: at.x,
-            color: [red, green, blue],
-            opacity,
-        };
+        let point = ControlPoint { value: at.x, color: [red, green, blue], opacity };
         function.points.insert(index, point);
         editor.selected = Some(index);
     } else if response.clicked() {
@@ -170,9 +161,7 @@ fn draw(
     function: &TransferFunction,
     content: &Content,
 ) {
-    let rect = painter
-        .clip_rect()
-        .intersect(to_screen.to().expand(POINT_RADIUS + 1.0));
+    let rect = painter.clip_rect().intersect(to_screen.to().expand(POINT_RADIUS + 1.0));
     let painter = painter.with_clip_rect(rect);
     painter.rect_filled(rect, 3.0, MATT);
     let inner = *to_screen.to();
@@ -206,10 +195,7 @@ fn draw(
         .iter()
         .map(|point| to_screen.transform_pos(pos2(point.value, point.opacity)))
         .collect();
-    painter.add(Shape::line(
-        places.clone(),
-        Stroke::new(1.0, Color32::from_gray(190)),
-    ));
+    painter.add(Shape::line(places.clone(), Stroke::new(1.0, Color32::from_gray(190))));
     for (index, (point, place)) in function.points.iter().zip(places).enumerate() {
         let edge = if editor.selected == Some(index) {
             Stroke::new(2.5, Color32::WHITE)

@@ -17,6 +17,7 @@ use bevy::{
             TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
+        settings::{Backends, WgpuSettings},
         texture::GpuImage,
     },
     window::ExitCondition,
@@ -45,13 +46,11 @@ impl Headless {
     pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
         let mut app = App::new();
         let plugins = DefaultPlugins
-            .set(WindowPlugin {
-                primary_window: None,
-                exit_condition: ExitCondition::DontExit,
-                ..default()
-            })
+            .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
             .set(RenderPlugin {
                 synchronous_pipeline_compilation: true,
+                // Compute needs no OpenGL, which complains where there is no window system.
+                render_creation: WgpuSettings { backends: Some(Backends::PRIMARY), ..default() }.into(),
                 ..default()
             })
             .set(AssetPlugin {
@@ -81,11 +80,7 @@ impl Headless {
         let device_type = app.world().resource::<RenderAdapterInfo>().device_type;
         app.insert_resource(TimePassesByClock(format!("{device_type:?}") == "Cpu"));
 
-        let extent = Extent3d {
-            width: size.x,
-            height: size.y,
-            ..default()
-        };
+        let extent = Extent3d { width: size.x, height: size.y, ..default() };
         let mut image =
             Image::new_target_texture(extent.width, extent.height, TextureFormat::Rgba8UnormSrgb, None);
         image.asset_usage = RenderAssetUsages::RENDER_WORLD;
@@ -153,10 +148,7 @@ impl Headless {
     pub fn image(&self) -> Vec<u8> {
         let world = self.render_world();
         let images = world.resource::<RenderAssets<GpuImage>>();
-        images
-            .get(&self.target)
-            .map(|image| read_texture(world, &image.texture))
-            .unwrap_or_default()
+        images.get(&self.target).map(|image| read_texture(world, &image.texture)).unwrap_or_default()
     }
 
     /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
@@ -171,10 +163,7 @@ impl Headless {
     }
 
     fn texture(&self, volume: Entity, which: VolumeTexture) -> Option<Texture> {
-        self.render_world()
-            .resource::<VolumeStore>()
-            .texture(volume, which)
-            .cloned()
+        self.render_world().resource::<VolumeStore>().texture(volume, which).cloned()
     }
 
     fn render_world(&self) -> &World {
@@ -186,9 +175,7 @@ impl Headless {
     pub fn pass_ms(&self, span: &str) -> f64 {
         let status = self.app.world().resource::<RenderStatus>();
         let by_clock = status.passes.clock_ms(span);
-        by_clock
-            .or_else(|| latest_gpu_ms(self.diagnostics(), span))
-            .unwrap_or(0.0)
+        by_clock.or_else(|| latest_gpu_ms(self.diagnostics(), span)).unwrap_or(0.0)
     }
 
     /// The diagnostics of the frames so far.
@@ -240,9 +227,5 @@ fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
     device.map_buffer(&slice, MapMode::Read, |_| {});
     let _ = device.poll(PollType::wait_indefinitely());
     let mapped = slice.get_mapped_range();
-    mapped
-        .chunks(padded)
-        .flat_map(|line| &line[..row])
-        .copied()
-        .collect()
+    mapped.chunks(padded).flat_map(|line| &line[..row]).copied().collect()
 }

@@ -106,9 +106,7 @@ impl SceneOptions {
             .iter()
             .map(|carver| {
                 let mesh = world.resource_mut::<Assets<Mesh>>().add(carver.mesh());
-                world
-                    .spawn((carver.clip_mesh(), Mesh3d(mesh), carver.transform()))
-                    .id()
+                world.spawn((carver.clip_mesh(), Mesh3d(mesh), carver.transform())).id()
             })
             .collect();
         Ok(Scene {
@@ -117,11 +115,7 @@ impl SceneOptions {
             view,
             voxels,
             voxel_mm: geometry.spacing_mm.min_element() as f32,
-            name: path
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         })
     }
 
@@ -171,29 +165,21 @@ enum Shape {
 impl Carver {
     fn mesh(&self) -> Mesh {
         match self.shape {
-            Shape::Sphere { radius } => Sphere::new(radius)
-                .mesh()
-                .ico(16)
-                .unwrap_or_else(|_| Sphere::new(radius).into()),
-            Shape::Box { size } => Cuboid::from_size(size).into(),
-            Shape::Torus { ring, tube } => Torus {
-                minor_radius: tube,
-                major_radius: ring,
+            Shape::Sphere { radius } => {
+                Sphere::new(radius).mesh().ico(16).unwrap_or_else(|_| Sphere::new(radius).into())
             }
-            .mesh()
-            .major_resolution(96)
-            .minor_resolution(48)
-            .into(),
+            Shape::Box { size } => Cuboid::from_size(size).into(),
+            Shape::Torus { ring, tube } => Torus { minor_radius: tube, major_radius: ring }
+                .mesh()
+                .major_resolution(96)
+                .minor_resolution(48)
+                .into(),
             Shape::Cylinder { radius, height } => CylinderMeshBuilder::new(radius, height, 96).into(),
         }
     }
 
     fn clip_mesh(&self) -> ClipMesh {
-        if self.keeps {
-            ClipMesh::intersect()
-        } else {
-            ClipMesh::default()
-        }
+        if self.keeps { ClipMesh::intersect() } else { ClipMesh::default() }
     }
 
     fn transform(&self) -> Transform {
@@ -219,9 +205,7 @@ impl FromStr for Carver {
             "torus" | "cylinder" => 5,
             "box" => 6,
             _ => {
-                return Err(format!(
-                    "unknown shape `{name}`: expected sphere, box, torus or cylinder"
-                ));
+                return Err(format!("unknown shape `{name}`: expected sphere, box, torus or cylinder"));
             }
         };
         let mut n = parse_list(numbers)?;
@@ -229,27 +213,16 @@ impl FromStr for Carver {
             n.extend([0.0; 3]);
         }
         if n.len() != lengths + 3 {
-            return Err(format!(
-                "`{name}` takes {lengths} numbers, or {} with angles",
-                lengths + 3
-            ));
+            return Err(format!("`{name}` takes {lengths} numbers, or {} with angles", lengths + 3));
         }
         if n[3..lengths].iter().any(|&length| length <= 0.0) {
             return Err(format!("`{text}`: lengths must be above 0"));
         }
         let shape = match name {
             "sphere" => Shape::Sphere { radius: n[3] },
-            "torus" => Shape::Torus {
-                ring: n[3],
-                tube: n[4],
-            },
-            "cylinder" => Shape::Cylinder {
-                radius: n[3],
-                height: n[4],
-            },
-            _ => Shape::Box {
-                size: Vec3::new(n[3], n[4], n[5]),
-            },
+            "torus" => Shape::Torus { ring: n[3], tube: n[4] },
+            "cylinder" => Shape::Cylinder { radius: n[3], height: n[4] },
+            _ => Shape::Box { size: Vec3::new(n[3], n[4], n[5]) },
         };
         let angles: Vec<f32> = n[lengths..].iter().map(|angle| angle.to_radians()).collect();
         Ok(Self {
@@ -271,9 +244,7 @@ fn parse_list(text: &str) -> Result<Vec<f32>, String> {
 }
 
 fn parse_numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
-    parse_list(text)?
-        .try_into()
-        .map_err(|_| format!("`{text}`: expected {N} numbers"))
+    parse_list(text)?.try_into().map_err(|_| format!("`{text}`: expected {N} numbers"))
 }
 
 fn parse_vec3(text: &str) -> Result<Vec3, String> {
@@ -281,9 +252,7 @@ fn parse_vec3(text: &str) -> Result<Vec3, String> {
 }
 
 fn parse_size(text: &str) -> Result<UVec2, String> {
-    let parts = text
-        .split_once('x')
-        .map(|(width, height)| (width.parse(), height.parse()));
+    let parts = text.split_once('x').map(|(width, height)| (width.parse(), height.parse()));
     match parts {
         Some((Ok(x @ 1..=8192), Ok(y @ 1..=8192))) => Ok(UVec2::new(x, y)),
         _ => Err(format!("`{text}`: expected WIDTHxHEIGHT, 1 to 8192 each")),

@@ -75,17 +75,8 @@ struct FrameTimes {
 
 impl<'a> Measurement<'a> {
     fn new(headless: &'a mut Headless, scene: &'a Scene, options: &'a Options) -> Self {
-        let start = *headless
-            .app
-            .world()
-            .get::<Transform>(scene.carvers[0])
-            .unwrap_or(&Transform::IDENTITY);
-        Self {
-            headless,
-            scene,
-            options,
-            start,
-        }
+        let start = *headless.app.world().get::<Transform>(scene.carvers[0]).unwrap_or(&Transform::IDENTITY);
+        Self { headless, scene, options, start }
     }
 
     fn run(mut self, mode: ShadingMode, pattern: RayPattern) -> Result<serde_json::Value, String> {
@@ -131,12 +122,7 @@ impl<'a> Measurement<'a> {
     }
 
     fn set_mode(&mut self, mode: ShadingMode) {
-        if let Some(mut shading) = self
-            .headless
-            .app
-            .world_mut()
-            .get_mut::<VolumeShading>(self.scene.volume)
-        {
+        if let Some(mut shading) = self.headless.app.world_mut().get_mut::<VolumeShading>(self.scene.volume) {
             shading.mode = mode;
         }
     }
@@ -169,16 +155,8 @@ impl<'a> Measurement<'a> {
         let is_clipped = is_cast || self.mode().uses_light();
         FrameTimes {
             total,
-            clip: if is_clipped {
-                self.headless.pass_ms(SPAN_CLASSIFY)
-            } else {
-                0.0
-            },
-            cast: if is_cast {
-                self.headless.pass_ms(SPAN_RAY_CAST)
-            } else {
-                0.0
-            },
+            clip: if is_clipped { self.headless.pass_ms(SPAN_CLASSIFY) } else { 0.0 },
+            cast: if is_cast { self.headless.pass_ms(SPAN_RAY_CAST) } else { 0.0 },
             draw: latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0),
         }
     }
@@ -212,11 +190,7 @@ impl<'a> Measurement<'a> {
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let middle = values.len() / 2;
-    if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        (values[middle - 1] + values[middle]) / 2.0
-    }
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
 }
 
 /// Pixels that are not the same in two RGBA images of one size.

@@ -3,6 +3,7 @@
 use bevy::{
     camera::primitives::MeshAabb,
     math::{Affine3A, DMat3, DVec3, Mat3, Vec2, Vec3},
+    mesh::PrimitiveTopology,
     platform::collections::HashSet,
     prelude::*,
 };
@@ -15,8 +16,8 @@ use super::{ClipMesh, ClipMeshFailed};
 /// the pose, so moving a carver re-renders nothing.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct ClipCamera {
-    /// The view from which the depth maps are rendered.
-    pub frame: ClipFrame,
+    /// The view from which the depth maps are rendered; `None` where the mesh has nothing to show.
+    pub frame: Option<ClipFrame>,
     /// The mesh that it looks at.
     pub mesh: AssetId<Mesh>,
     /// Counts changes of the mesh; the depth maps are rendered anew when it moves on.
@@ -58,10 +59,7 @@ impl ClipFrame {
         // Rows: each clip map axis as a function of the local position.
         let rows = axes.map(|axis| axis / (2.0 * half.dot(axis.abs())));
         let linear = Mat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-        Some(Self {
-            linear,
-            translation: Vec3::splat(0.5) - linear * center,
-        })
+        Some(Self { linear, translation: Vec3::splat(0.5) - linear * center })
     }
 
     /// Local mesh space → clip map space.
@@ -123,10 +121,7 @@ impl DilationFrame {
     pub fn for_radii(radii: Vec3) -> Self {
         // A little more than the reach: rounding must not push an affected point outside.
         let margin = radii.truncate() * 1.001;
-        Self {
-            min: -margin,
-            size: Vec2::ONE + 2.0 * margin,
-        }
+        Self { min: -margin, size: Vec2::ONE + 2.0 * margin }
     }
 }
 
@@ -152,28 +147,26 @@ pub(super) fn update_clip_cameras(
         let Some(mesh) = meshes.get(&mesh_handle.0) else {
             continue;
         };
-        let frame = mesh
-            .compute_aabb()
-            .and_then(|aabb| ClipFrame::around(aabb.center.into(), aabb.half_extents.into()));
-        match frame {
-            Some(frame) => {
-                let revision = camera.map_or(0, |camera| camera.revision + 1);
-                commands.entity(entity).insert(ClipCamera {
-                    frame,
-                    mesh: id,
-                    revision,
-                });
-            }
-            // Reported when the mesh comes or changes, not every frame.
-            None if is_modified || camera.is_some() => {
-                let failed = ClipMeshFailed::no_extent(entity);
-                warn!("{}", failed.reason);
-                commands.entity(entity).remove::<ClipCamera>();
-                commands.trigger(failed);
-            }
-            None => {}
+        let frame = frame_of(mesh);
+        let revision = camera.map_or(0, |camera| camera.revision + 1);
+        commands.entity(entity).try_insert(ClipCamera { frame: frame.ok(), mesh: id, revision });
+        if let Err(reason) = frame {
+            warn!("the clip mesh on {entity} has no effect: {reason}");
+            commands.trigger(ClipMeshFailed { entity, reason: reason.to_string() });
         }
     }
+}
+
+/// The view of a mesh, or why there is nothing to see.
+fn frame_of(mesh: &Mesh) -> Result<ClipFrame, &'static str> {
+    if !matches!(
+        mesh.primitive_topology(),
+        PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip
+    ) {
+        return Err("it is not made of triangles");
+    }
+    let aabb = mesh.compute_aabb().ok_or("it has no positions")?;
+    ClipFrame::around(aabb.center.into(), aabb.half_extents.into()).ok_or("it has no extent")
 }
 
 /// Takes the camera from entities that stopped being a clip mesh.
@@ -182,7 +175,7 @@ pub(super) fn remove_clip_cameras(
     orphans: Query<Entity, (With<ClipCamera>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,
 ) {
     for entity in &orphans {
-        commands.entity(entity).remove::<ClipCamera>();
+        commands.entity(entity).try_remove::<ClipCamera>();
     }
 }
 
@@ -209,11 +202,8 @@ mod tests {
     #[test]
     fn the_reach_ellipsoid_contains_the_ball() {
         let frame = ClipFrame::around(Vec3::ZERO, Vec3::new(3.0, 2.0, 1.0)).unwrap();
-        let shear = Mat3::from_cols(
-            Vec3::new(1.0, 0.2, 0.0),
-            Vec3::new(0.4, -2.0, 0.3),
-            Vec3::new(0.0, 0.1, 0.7),
-        );
+        let shear =
+            Mat3::from_cols(Vec3::new(1.0, 0.2, 0.0), Vec3::new(0.4, -2.0, 0.3), Vec3::new(0.0, 0.1, 0.7));
         for world_from_local in [Mat3::IDENTITY, Mat3::from_rotation_y(0.7) * 2.0, shear] {
             let radii = frame.reach_radii(world_from_local, 0.5).unwrap();
             let clip_from_world = frame.linear * world_from_local.inverse();

@@ -2,8 +2,6 @@
 
 use bevy::prelude::*;
 
-use super::ClipCamera;
-
 /// The most carvers that can act at once; more are ignored with a warning.
 ///
 /// Two depth maps per carver in one texture array: wgpu guarantees 256 array layers.
@@ -27,10 +25,7 @@ pub struct ClipMesh {
 impl ClipMesh {
     /// A carver that keeps what is inside the mesh and removes everything else (volume probing).
     pub fn intersect() -> Self {
-        Self {
-            operation: ClipOperation::Intersect,
-            ..default()
-        }
+        Self { operation: ClipOperation::Intersect, ..default() }
     }
 
     /// Whether this mesh carves the volume on `entity`.
@@ -64,6 +59,24 @@ pub enum ClipTargets {
     Only(Vec<Entity>),
 }
 
+/// Number of carvers that the maps have room for; grows and shrinks with the clip meshes.
+///
+/// Counted once, in the main world: textures and what binds them follow the same number.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ClipCapacity(pub u32);
+
+impl ClipCapacity {
+    pub fn for_carvers(count: usize) -> Self {
+        Self(count.clamp(1, MAX_CARVERS).next_power_of_two() as u32)
+    }
+}
+
+impl Default for ClipCapacity {
+    fn default() -> Self {
+        Self::for_carvers(0)
+    }
+}
+
 /// Settings shared by all clip cameras.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
@@ -88,16 +101,4 @@ pub struct ClipMeshFailed {
     pub entity: Entity,
     /// Why it has no effect.
     pub reason: String,
-}
-
-impl ClipMeshFailed {
-    pub(super) fn no_extent(entity: Entity) -> Self {
-        Self {
-            entity,
-            reason: format!(
-                "the mesh on {entity} has no extent (no finite positions), so there is nothing for its {} to see",
-                ShortName::of::<ClipCamera>()
-            ),
-        }
-    }
 }

@@ -10,8 +10,7 @@ use bevy::{
 
 use super::VolumeMaterial;
 use crate::{
-    clip::{ClipMesh, ClipSettings},
-    render::capacity_for,
+    clip::{ClipCapacity, ClipMesh, ClipSettings},
     volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
 };
 
@@ -19,7 +18,7 @@ use crate::{
 #[derive(Component, Clone, PartialEq)]
 pub(super) struct Visuals {
     volume_revision: u32,
-    clip_capacity: u32,
+    clip_capacity: ClipCapacity,
     clip_settings: ClipSettings,
 }
 
@@ -30,11 +29,13 @@ pub(super) fn attach_visuals(
     volumes: Query<(Entity, &Volume3d, &LookupTable, Option<&Visuals>)>,
     carvers: Query<(), With<ClipMesh>>,
     clip_settings: Res<ClipSettings>,
+    mut capacity: ResMut<ClipCapacity>,
     assets: Res<Assets<Volume>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    let clip_capacity = capacity_for(carvers.iter().len());
+    let clip_capacity = ClipCapacity::for_carvers(carvers.iter().len());
+    capacity.set_if_neq(clip_capacity);
     for (entity, volume, table, current) in &volumes {
         let visuals = Visuals {
             volume_revision: table.volume_revision,
@@ -47,7 +48,7 @@ pub(super) fn attach_visuals(
         let Some(volume) = assets.get(&volume.0) else {
             continue;
         };
-        commands.entity(entity).insert((
+        commands.entity(entity).try_insert((
             visuals,
             Mesh3d(meshes.add(box_mesh(&VolumeGeometry::of(volume)))),
             MeshMaterial3d(materials.add(VolumeMaterial { volume: entity })),
@@ -63,7 +64,7 @@ pub(super) fn detach_visuals(
     orphans: Query<Entity, (With<Visuals>, Or<(Without<Volume3d>, Without<LookupTable>)>)>,
 ) {
     for entity in &orphans {
-        commands.entity(entity).remove::<(
+        commands.entity(entity).try_remove::<(
             Visuals,
             Mesh3d,
             MeshMaterial3d<VolumeMaterial>,
@@ -83,30 +84,22 @@ pub(super) fn require_depth(
         return;
     }
     for camera in &cameras {
-        commands.entity(camera).insert(DepthPrepass);
+        commands.entity(camera).try_insert(DepthPrepass);
     }
 }
 
 /// The box that the voxels fill, in volume space (mm), faces outwards.
 fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
     // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
-    const FACES: [[u32; 4]; 6] = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
+    const FACES: [[u32; 4]; 6] =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let corners = geometry.corners().map(|corner| corner.as_vec3().to_array());
     let is_mirrored = geometry.local_from_voxel.matrix3.determinant() < 0.0;
-    let triangles = FACES.iter().flat_map(|&[a, b, c, d]| {
-        if is_mirrored {
-            [a, c, b, a, d, c]
-        } else {
-            [a, b, c, a, c, d]
-        }
-    });
+    let triangles = FACES.iter().flat_map(
+        |&[a, b, c, d]| {
+            if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }
+        },
+    );
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
         .with_inserted_indices(Indices::U32(triangles.collect()))

@@ -11,7 +11,7 @@ use bevy::{
 
 pub use volume_material::VolumeMaterial;
 
-use crate::volume::VolumeSystems;
+use crate::{render::DeviceSupport, volume::VolumeSystems};
 
 /// Registers the material and gives it to every volume.
 pub(crate) struct VolumeMaterialPlugin;
@@ -19,16 +19,15 @@ pub(crate) struct VolumeMaterialPlugin;
 impl Plugin for VolumeMaterialPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "volume.wgsl");
-        app.add_plugins(MaterialPlugin::<VolumeMaterial>::default())
-            .add_systems(
-                PostUpdate,
-                (
-                    attach::attach_visuals,
-                    attach::detach_visuals,
-                    attach::require_depth,
-                )
-                    .after(VolumeSystems::Bake)
-                    .before(AssetEventSystems),
-            );
+        app.add_plugins(MaterialPlugin::<VolumeMaterial>::default()).add_systems(
+            PostUpdate,
+            (
+                attach::attach_visuals.run_if(resource_exists::<DeviceSupport>),
+                attach::detach_visuals,
+                attach::require_depth,
+            )
+                .after(VolumeSystems::Bake)
+                .before(AssetEventSystems),
+        );
     }
 }

@@ -74,11 +74,16 @@ fn shade(color: vec3<f32>, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     // Where the opacity does not change there is no surface to light.
     let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);
     let highlight = select(0.0, SPECULAR * pow(facing, SHININESS), steepness > 1e-6);
-    return (color * (AMBIENT + DIFFUSE * facing) + highlight) * ambient;
+    return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
 }
 
 @fragment
-fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
+fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    // A mirrored volume shows its back faces as front faces.
+    let linear = mat3x3(volume.local_from_world[0].xyz, volume.local_from_world[1].xyz, volume.local_from_world[2].xyz);
+    if is_front == (determinant(linear) > 0.0) {
+        discard;
+    }
     // The view ray in volume space: from the near plane to the back face, in mm.
     let ndc = frag_coord_to_ndc(in.position);
     let near = (volume.local_from_world * vec4(position_ndc_to_world(vec3(ndc.xy, 1.0)), 1.0)).xyz;
@@ -120,6 +125,9 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
         color += opacity * shade(sample.rgb, p, direction);
         alpha += opacity;
         if alpha >= OPAQUE {
+            // What little is left is of the same colour, not of the background's.
+            color /= alpha;
+            alpha = 1.0;
             break;
         }
     }

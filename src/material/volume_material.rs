@@ -9,7 +9,7 @@ use bevy::{
     render::{
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, BindingResources,
-            CompareFunction, Face, OwnedBindingResource, RenderPipelineDescriptor, ShaderStages,
+            CompareFunction, OwnedBindingResource, RenderPipelineDescriptor, ShaderStages,
             SpecializedMeshPipelineError, TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
             binding_types::texture_3d,
         },
@@ -59,8 +59,9 @@ impl Material for VolumeMaterial {
         _: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         // Back faces, whatever is in front of them: the camera may be inside the box, and the
-        // shader itself stops at opaque geometry.
-        descriptor.primitive.cull_mode = Some(Face::Front);
+        // shader itself stops at opaque geometry. Which faces those are depends on whether the
+        // transform mirrors, so the shader sorts them out.
+        descriptor.primitive.cull_mode = None;
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
         }
@@ -103,17 +104,12 @@ impl AsBindGroup for VolumeMaterial {
             let mut bindings = volume_bindings::bindings(volume, clip, &passes.formats)?;
             for (binding, texture) in [(7, &volume.opacities), (8, &volume.occlusion)] {
                 let view = texture.view.clone();
-                bindings.push((
-                    binding,
-                    OwnedBindingResource::TextureView(TextureViewDimension::D3, view),
-                ));
+                bindings.push((binding, OwnedBindingResource::TextureView(TextureViewDimension::D3, view)));
             }
             Some(bindings)
         })();
         bindings
-            .map(|bindings| UnpreparedBindGroup {
-                bindings: BindingResources(bindings),
-            })
+            .map(|bindings| UnpreparedBindGroup { bindings: BindingResources(bindings) })
             .ok_or(AsBindGroupError::RetryNextUpdate)
     }
 

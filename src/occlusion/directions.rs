@@ -29,7 +29,7 @@ pub enum RayPattern {
     Rubik54,
     /// 512 directions of a Fibonacci lattice: the paper's ground truth.
     Sphere512,
-    /// This many directions of a Fibonacci lattice (at least 1), without jitter.
+    /// This many directions of a Fibonacci lattice (1 to 4096), without jitter.
     Fibonacci(u32),
 }
 
@@ -38,6 +38,9 @@ impl Default for RayPattern {
         Self::Fibonacci(26)
     }
 }
+
+/// The most rays of a pattern.
+const MOST_RAYS: u32 = 4096;
 
 /// Largest angle, radians, by which the paper's patterns are jittered. The paper gives no figure;
 /// this is about a fifth of the angle between neighbours in the pattern of 26.
@@ -52,7 +55,7 @@ impl RayPattern {
             Self::Neighborhood26 => 26,
             Self::Rubik54 => 54,
             Self::Sphere512 => 512,
-            Self::Fibonacci(rays) => rays.max(1),
+            Self::Fibonacci(rays) => rays.clamp(1, MOST_RAYS),
         }
     }
 
@@ -63,15 +66,12 @@ impl RayPattern {
             Self::Neighborhood14 => jittered(neighbours(&[1, 3])),
             Self::Neighborhood26 => jittered(neighbours(&[1, 2, 3])),
             Self::Rubik54 => jittered(rubik_faces()),
-            Self::Sphere512 | Self::Fibonacci(_) => (0..self.rays())
-                .map(|k| fibonacci_direction(k, self.rays()))
-                .collect(),
+            Self::Sphere512 | Self::Fibonacci(_) => {
+                (0..self.rays()).map(|k| fibonacci_direction(k, self.rays())).collect()
+            }
         };
         let weight = 1.0 / directions.len() as f64;
-        directions
-            .into_iter()
-            .map(|direction| RayDirection { direction, weight })
-            .collect()
+        directions.into_iter().map(|direction| RayDirection { direction, weight }).collect()
     }
 }
 
@@ -153,24 +153,16 @@ impl FromStr for RayPattern {
     fn from_str(name: &str) -> Result<Self, String> {
         if let Some(rays) = name.strip_prefix("fibonacci:") {
             return match rays.parse() {
-                Ok(rays @ 1..=4096) => Ok(Self::Fibonacci(rays)),
-                _ => Err(format!("`{name}`: the number of rays must be 1 to 4096")),
+                Ok(rays @ 1..=MOST_RAYS) => Ok(Self::Fibonacci(rays)),
+                _ => Err(format!("`{name}`: the number of rays must be 1 to {MOST_RAYS}")),
             };
         }
-        let named = [
-            Self::Neighborhood6,
-            Self::Neighborhood14,
-            Self::Neighborhood26,
-            Self::Rubik54,
-            Self::Sphere512,
-        ];
-        named
-            .into_iter()
-            .find(|pattern| pattern.to_string() == name)
-            .ok_or_else(|| {
-                let names = named.map(|pattern| pattern.to_string()).join(", ");
-                format!("unknown ray pattern `{name}`: expected {names} or fibonacci:N")
-            })
+        let named =
+            [Self::Neighborhood6, Self::Neighborhood14, Self::Neighborhood26, Self::Rubik54, Self::Sphere512];
+        named.into_iter().find(|pattern| pattern.to_string() == name).ok_or_else(|| {
+            let names = named.map(|pattern| pattern.to_string()).join(", ");
+            format!("unknown ray pattern `{name}`: expected {names} or fibonacci:N")
+        })
     }
 }
 
@@ -206,11 +198,7 @@ mod tests {
     #[test]
     fn patterns_cover_the_sphere_evenly() {
         for pattern in ALL.into_iter().filter(|pattern| pattern.rays() > 1) {
-            let mean: DVec3 = pattern
-                .directions()
-                .iter()
-                .map(|ray| ray.direction * ray.weight)
-                .sum();
+            let mean: DVec3 = pattern.directions().iter().map(|ray| ray.direction * ray.weight).sum();
             // A lattice of n rays leaves a rest of the order 1/n; the jitter at most sin(JITTER).
             assert!(mean.length() < 0.1, "{pattern}: {mean}");
         }
@@ -219,11 +207,6 @@ mod tests {
     #[test]
     fn unknown_names_are_refused_by_name() {
         assert!("rubik".parse::<RayPattern>().unwrap_err().contains("rubik54"));
-        assert!(
-            "fibonacci:0"
-                .parse::<RayPattern>()
-                .unwrap_err()
-                .contains("1 to 4096")
-        );
+        assert!("fibonacci:0".parse::<RayPattern>().unwrap_err().contains("1 to 4096"));
     }
 }

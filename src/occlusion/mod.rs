@@ -13,7 +13,6 @@ pub(crate) struct OcclusionPlugin;
 
 impl Plugin for OcclusionPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<AmbientOcclusion>()
-            .register_type::<VolumeShading>();
+        app.register_type::<AmbientOcclusion>().register_type::<VolumeShading>();
     }
 }

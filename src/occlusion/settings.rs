@@ -16,24 +16,35 @@ pub struct AmbientOcclusion {
     /// the error; few rays show as bands in smooth regions.
     pub pattern: RayPattern,
     /// Samples per ray. More reach farther and cost proportionally more time per recomputed voxel;
-    /// a carver then also makes more voxels recompute.
+    /// a carver then also makes more voxels recompute. At most [`Self::MOST_STEPS`].
     pub steps: u32,
     /// Distance between samples, millimetres. Longer steps reach farther for the same cost and may
-    /// step over structures thinner than themselves.
+    /// step over structures thinner than themselves. At most [`Self::LONGEST_STEP_MM`].
     pub step_mm: f32,
 }
 
 impl Default for AmbientOcclusion {
     fn default() -> Self {
-        Self {
-            pattern: RayPattern::default(),
-            steps: 20,
-            step_mm: 1.0,
-        }
+        Self { pattern: RayPattern::default(), steps: 20, step_mm: 1.0 }
     }
 }
 
 impl AmbientOcclusion {
+    /// The most samples per ray; more are not taken.
+    pub const MOST_STEPS: u32 = 4096;
+    /// The longest distance between samples, mm.
+    pub const LONGEST_STEP_MM: f32 = 1000.0;
+
+    /// These settings within what can be computed.
+    pub(crate) fn clamped(&self) -> Self {
+        let step_mm = if self.step_mm.is_finite() { self.step_mm } else { 0.0 };
+        Self {
+            pattern: self.pattern,
+            steps: self.steps.min(Self::MOST_STEPS),
+            step_mm: step_mm.clamp(0.0, Self::LONGEST_STEP_MM),
+        }
+    }
+
     /// Distance of the first sample from the voxel centre, mm: one voxel diagonal.
     pub fn start_mm(spacing_mm: DVec3) -> f64 {
         spacing_mm.length()
@@ -72,11 +83,7 @@ pub struct VolumeShading {
 
 impl Default for VolumeShading {
     fn default() -> Self {
-        Self {
-            mode: ShadingMode::default(),
-            step_voxels: 0.5,
-            jitter: true,
-        }
+        Self { mode: ShadingMode::default(), step_voxels: 0.5, jitter: true }
     }
 }
 
@@ -94,7 +101,8 @@ pub enum ShadingMode {
     /// Blinn-Phong, and its ambient and diffuse parts darkened by contextual ambient occlusion.
     PhongCao,
     /// Local ambient occlusion of every voxel, recomputed every frame: the reference for
-    /// [`ShadingMode::Cao`], which gives the same image.
+    /// [`ShadingMode::Cao`], which gives the same image. It is one dispatch: for large volumes and
+    /// many rays a driver's watchdog may end it.
     Lao,
 }
 
@@ -133,12 +141,9 @@ impl core::str::FromStr for ShadingMode {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|mode| mode.name() == name)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                format!("unknown shading mode `{name}`: expected one of {names}")
-            })
+        Self::ALL.into_iter().find(|mode| mode.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("unknown shading mode `{name}`: expected one of {names}")
+        })
     }
 }

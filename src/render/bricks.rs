@@ -27,10 +27,8 @@ pub(crate) fn dispatch_bricks(
     groups: [&BindGroup; 2],
     bricks: u32,
 ) {
-    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-        label: Some(label),
-        timestamp_writes: None,
-    });
+    let mut pass =
+        encoder.begin_compute_pass(&ComputePassDescriptor { label: Some(label), timestamp_writes: None });
     pass.set_pipeline(pipeline);
     for (index, group) in (0..).zip(groups) {
         pass.set_bind_group(index, group, &[]);

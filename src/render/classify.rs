@@ -33,11 +33,7 @@ impl FromWorld for ClassifyPipeline {
             "contextual_ao_classify",
             &BindGroupLayoutEntries::sequential(
                 ShaderStages::COMPUTE,
-                (
-                    uniform_buffer::<OcclusionPassUniform>(false),
-                    written(),
-                    written(),
-                ),
+                (uniform_buffer::<OcclusionPassUniform>(false), written(), written()),
             ),
         );
         let descriptor = ComputePipelineDescriptor {
@@ -47,12 +43,7 @@ impl FromWorld for ClassifyPipeline {
             shader_defs: formats.shader_defs(),
             ..default()
         };
-        Self {
-            pipeline: world
-                .resource::<PipelineCache>()
-                .queue_compute_pipeline(descriptor),
-            layout,
-        }
+        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
     }
 }
 

@@ -15,7 +15,7 @@ use bevy::{
 
 use super::extract::{ExtractedCarver, ExtractedScene, Influence};
 use crate::{
-    clip::{ClipFrame, ClipOperation, DilationFrame, MAX_CARVERS},
+    clip::{ClipFrame, ClipOperation, DilationFrame},
     diagnostics::GpuUsage,
 };
 
@@ -56,6 +56,7 @@ pub(crate) struct Slot {
     pub index: u32,
     pub drawn: Option<DepthKey>,
     pub dilated: Option<DilationKey>,
+    pub revision: u64,
 }
 
 /// What a depth map depends on.
@@ -63,7 +64,7 @@ pub(crate) struct Slot {
 pub(crate) struct DepthKey {
     mesh: AssetId<Mesh>,
     revision: u32,
-    frame: ClipFrame,
+    pub frame: ClipFrame,
 }
 
 /// What a dilation map depends on, besides the depth map: half axes of ellipsoids, clip map space.
@@ -76,22 +77,21 @@ pub(crate) struct DilationKey {
 }
 
 impl DilationKey {
-    /// What `carver` needs, keeping `current` while it serves: turning a carver changes the radii
+    /// What a carver needs, keeping `current` while it serves: turning a carver changes the radii
     /// by rounding only, which the margins of reach and footprint cover. `None` if the carver is
     /// collapsed.
-    pub fn new(carver: &ExtractedCarver, influence: Influence, current: Option<Self>) -> Option<Self> {
-        let world_from_local = Mat3::from(carver.world_from_local.matrix3);
-        let radii = |length| carver.frame.reach_radii(world_from_local, length);
+    pub fn new(
+        frame: &ClipFrame,
+        world_from_local: Mat3,
+        operation: ClipOperation,
+        influence: Influence,
+        current: Option<Self>,
+    ) -> Option<Self> {
+        let radii = |length| frame.reach_radii(world_from_local, length);
         let (reach, footprint) = (radii(influence.reach_world)?, radii(influence.footprint_world)?);
-        let new = match carver.clip_mesh.operation {
-            ClipOperation::Subtract => Self {
-                inflation: reach,
-                shrinkage: footprint,
-            },
-            ClipOperation::Intersect => Self {
-                inflation: footprint,
-                shrinkage: reach,
-            },
+        let new = match operation {
+            ClipOperation::Subtract => Self { inflation: reach, shrinkage: footprint },
+            ClipOperation::Intersect => Self { inflation: footprint, shrinkage: reach },
         };
         let serves = |old: &Self| {
             let change = |old: Vec3, new: Vec3| (new / old - 1.0).abs().max_element();
@@ -108,36 +108,22 @@ impl DilationKey {
 
 impl DepthKey {
     pub fn of(carver: &ExtractedCarver) -> Self {
-        Self {
-            mesh: carver.mesh,
-            revision: carver.revision,
-            frame: carver.frame,
-        }
+        Self { mesh: carver.mesh, revision: carver.revision, frame: carver.frame }
     }
-}
-
-/// Slots allocated for a number of carvers.
-pub(crate) fn capacity_for(carvers: usize) -> u32 {
-    carvers.clamp(1, MAX_CARVERS).next_power_of_two() as u32
 }
 
 /// A depth map size that divides into tiles.
 pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
     let step = TEXELS_PER_TILE;
-    requested
-        .clamp(step, largest)
-        .next_multiple_of(step)
-        .min(largest / step * step)
+    requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
 }
 
 impl ClipMaps {
     /// Makes room for the carvers of the scene, and frees what the others had.
     pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice) {
-        let capacity = capacity_for(scene.carvers.len());
-        let size = depth_map_size(
-            scene.clip_settings.depth_map_size,
-            device.limits().max_texture_dimension_2d,
-        );
+        let capacity = scene.clip_capacity.0;
+        let size =
+            depth_map_size(scene.clip_settings.depth_map_size, device.limits().max_texture_dimension_2d);
         let fits = |textures: &ClipTextures| textures.capacity == capacity && textures.depth_map_size == size;
         if !self.textures.as_ref().is_some_and(fits) {
             self.textures = Some(ClipTextures::new(capacity, size, device));
@@ -157,9 +143,9 @@ impl ClipMaps {
 
     /// What the maps take on the device.
     pub fn usage(&self) -> GpuUsage {
-        self.textures.as_ref().map_or(default(), |textures| {
-            usage_of([&textures.depth, &textures.dilation, &textures.tiles])
-        })
+        self.textures
+            .as_ref()
+            .map_or(default(), |textures| usage_of([&textures.depth, &textures.dilation, &textures.tiles]))
     }
 }
 
@@ -168,11 +154,7 @@ impl ClipTextures {
         let array = |label, size, layers, format, usage| {
             device.create_texture(&TextureDescriptor {
                 label: Some(label),
-                size: Extent3d {
-                    width: size,
-                    height: size,
-                    depth_or_array_layers: layers,
-                },
+                size: Extent3d { width: size, height: size, depth_or_array_layers: layers },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: TextureDimension::D2,
@@ -182,10 +164,7 @@ impl ClipTextures {
             })
         };
         let view = |texture: &Texture, dimension| {
-            texture.create_view(&TextureViewDescriptor {
-                dimension: Some(dimension),
-                ..default()
-            })
+            texture.create_view(&TextureViewDescriptor { dimension: Some(dimension), ..default() })
         };
         let depth = array(
             "contextual_ao_depth_maps",
@@ -249,19 +228,12 @@ pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> G
         let size = texture.size();
         let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
         usage.textures += 1;
-        usage.bytes += texels
-            * texture
-                .format()
-                .block_copy_size(Some(texture_aspect(texture)))
-                .unwrap_or(0) as u64;
+        usage.bytes +=
+            texels * texture.format().block_copy_size(Some(texture_aspect(texture))).unwrap_or(0) as u64;
     }
     usage
 }
 
 fn texture_aspect(texture: &Texture) -> TextureAspect {
-    if texture.format().is_depth_stencil_format() {
-        TextureAspect::DepthOnly
-    } else {
-        TextureAspect::All
-    }
+    if texture.format().is_depth_stencil_format() { TextureAspect::DepthOnly } else { TextureAspect::All }
 }

@@ -87,9 +87,7 @@ impl FromWorld for DilatePipelines {
 
 impl DilatePipelines {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        [self.reduce, self.dilate]
-            .into_iter()
-            .all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
+        [self.reduce, self.dilate].into_iter().all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
     }
 
     /// Puts one carver's dilation where the shader reads it.

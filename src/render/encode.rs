@@ -54,10 +54,7 @@ pub(crate) fn encode_passes(
     });
 
     // Step I: a portion of the unclipped occlusion of volumes that lack it.
-    let precomputes = plan
-        .volumes
-        .iter()
-        .filter_map(|job| Some((job, job.precompute.as_ref()?)));
+    let precomputes = plan.volumes.iter().filter_map(|job| Some((job, job.precompute.as_ref()?)));
     frame.pass(SPAN_PRECOMPUTE, precomputes, |encoder, (job, precompute)| {
         if let Some(group) = &precompute.classify {
             let groups = [&job.volume_group, group];
@@ -68,10 +65,7 @@ pub(crate) fn encode_passes(
     });
 
     // Step IV: opacities and categories of volumes that carvers changed.
-    let carves = plan
-        .volumes
-        .iter()
-        .filter_map(|job| Some((job, job.carve.as_ref()?)));
+    let carves = plan.volumes.iter().filter_map(|job| Some((job, job.carve.as_ref()?)));
     frame.pass(SPAN_CLASSIFY, carves.clone(), |encoder, (job, carve)| {
         let groups = [&job.volume_group, &carve.classify];
         classify.encode(encoder, groups, carve.bricks, &cache);

@@ -8,7 +8,7 @@ use bevy::{
 };
 
 use crate::{
-    clip::{ClipCamera, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
+    clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{AmbientOcclusion, VolumeShading},
     volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
@@ -20,6 +20,7 @@ pub(crate) struct ExtractedScene {
     pub volumes: Vec<ExtractedVolume>,
     pub carvers: Vec<ExtractedCarver>,
     pub clip_settings: ClipSettings,
+    pub clip_capacity: ClipCapacity,
     pub count_work: bool,
     pub time_by_clock: bool,
 }
@@ -32,6 +33,8 @@ pub(crate) struct ExtractedVolume {
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
     pub world_from_local: Affine3A,
+    /// Whether it has a place in the world: a collapsed volume keeps what it has, and waits.
+    pub is_placed: bool,
 }
 
 /// How far a carver acts on voxels, as radii of balls in the world.
@@ -66,11 +69,7 @@ impl ExtractedVolume {
 
 /// An upper bound of what a matrix does to a length; exact unless it shears.
 fn largest_stretch(matrix: Mat3A) -> f32 {
-    let lengths = Vec3::new(
-        matrix.x_axis.length(),
-        matrix.y_axis.length(),
-        matrix.z_axis.length(),
-    );
+    let lengths = Vec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length());
     let longest = lengths.max_element();
     let gram = matrix.transpose() * matrix;
     let shears = !gram.abs_diff_eq(Mat3A::from_diagonal(lengths * lengths), longest * longest * 1e-4);
@@ -90,70 +89,56 @@ pub(crate) struct ExtractedCarver {
 /// Copies what the passes need. A volume without its table is not ready to be shown.
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
-    assets: Extract<Res<Assets<Volume>>>,
     volumes: Extract<
-        Query<(
-            Entity,
-            &Volume3d,
-            &LookupTable,
-            &AmbientOcclusion,
-            &VolumeShading,
-            &GlobalTransform,
-        )>,
+        Query<(Entity, &Volume3d, &LookupTable, &AmbientOcclusion, &VolumeShading, &GlobalTransform)>,
     >,
     carvers: Extract<Query<(Entity, &ClipMesh, &Mesh3d, &ClipCamera, &GlobalTransform)>>,
     clip_settings: Extract<Res<ClipSettings>>,
+    clip_capacity: Extract<Res<ClipCapacity>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
     mut warned: Local<bool>,
 ) {
     scene.clip_settings = clip_settings.clone();
+    scene.clip_capacity = **clip_capacity;
     scene.count_work = count_work.0;
     scene.time_by_clock = time_by_clock.0;
     scene.volumes.clear();
-    scene.volumes.extend(volumes.iter().filter_map(
-        |(entity, volume, table, occlusion, shading, transform)| {
-            let world_from_local = transform.affine();
-            (world_from_local.is_finite() && world_from_local.matrix3.determinant() != 0.0).then_some(())?;
-            Some(ExtractedVolume {
-                entity: entity.into(),
-                asset: volume.id(),
-                geometry: VolumeGeometry::of(assets.get(&volume.0)?),
-                table: table.clone(),
-                occlusion: occlusion.clone(),
-                shading: shading.clone(),
-                world_from_local,
-            })
-        },
-    ));
+    scene.volumes.extend(volumes.iter().map(|(entity, volume, table, occlusion, shading, transform)| {
+        ExtractedVolume {
+            entity: entity.into(),
+            asset: volume.id(),
+            geometry: table.geometry,
+            table: table.clone(),
+            occlusion: occlusion.clamped(),
+            shading: shading.clone(),
+            world_from_local: transform.affine(),
+            is_placed: is_invertible(transform),
+        }
+    }));
     scene.carvers.clear();
-    scene.carvers.extend(
-        carvers
-            .iter()
-            .filter_map(|(entity, clip_mesh, mesh, camera, transform)| {
-                let world_from_local = transform.affine();
-                (world_from_local.is_finite() && world_from_local.matrix3.determinant() != 0.0)
-                    .then_some(())?;
-                Some(ExtractedCarver {
-                    entity,
-                    clip_mesh: clip_mesh.clone(),
-                    mesh: mesh.id(),
-                    frame: camera.frame,
-                    revision: camera.revision,
-                    world_from_local,
-                })
-            }),
-    );
+    scene.carvers.extend(carvers.iter().filter_map(|(entity, clip_mesh, mesh, camera, transform)| {
+        Some(ExtractedCarver {
+            entity,
+            clip_mesh: clip_mesh.clone(),
+            mesh: mesh.id(),
+            frame: camera.frame.filter(|_| is_invertible(transform))?,
+            revision: camera.revision,
+            world_from_local: transform.affine(),
+        })
+    }));
     // The same carvers act in every frame, whatever order a query gives.
     scene.carvers.sort_unstable_by_key(|carver| carver.entity);
     if scene.carvers.len() > MAX_CARVERS && !*warned {
         *warned = true;
-        warn!(
-            "{} clip meshes: only the first {MAX_CARVERS} carve",
-            scene.carvers.len()
-        );
+        warn!("{} clip meshes: only the first {MAX_CARVERS} carve", scene.carvers.len());
     }
     scene.carvers.truncate(MAX_CARVERS);
+}
+
+fn is_invertible(transform: &GlobalTransform) -> bool {
+    let affine = transform.affine();
+    affine.is_finite() && affine.matrix3.determinant() != 0.0
 }
 
 impl ExtractedScene {

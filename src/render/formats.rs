@@ -12,6 +12,7 @@ use bevy::{
         renderer::{RenderAdapter, RenderDevice},
     },
 };
+use std::borrow::Cow;
 
 use crate::volume::Intensities;
 
@@ -43,11 +44,7 @@ impl FromWorld for Formats {
         };
         let has_grid_border = features.contains(WgpuFeatures::ADDRESS_MODE_CLAMP_TO_BORDER);
         let sampler = |label, border: bool| {
-            let mode = if border {
-                AddressMode::ClampToBorder
-            } else {
-                AddressMode::ClampToEdge
-            };
+            let mode = if border { AddressMode::ClampToBorder } else { AddressMode::ClampToEdge };
             device.create_sampler(&SamplerDescriptor {
                 label: Some(label),
                 address_mode_u: mode,
@@ -94,22 +91,26 @@ impl Formats {
     }
 
     /// A texture format for intensities, their values in it, and the stored value that it gives as 1.
-    pub fn encode_intensities(&self, intensities: &Intensities) -> (TextureFormat, Vec<u8>, f64) {
+    pub fn encode_intensities<'a>(
+        &self,
+        intensities: &'a Intensities,
+    ) -> (TextureFormat, Cow<'a, [u8]>, f64) {
         match intensities {
-            Intensities::U8(values) => (TextureFormat::R8Unorm, values.clone(), u8::MAX as f64),
+            Intensities::U8(values) => (TextureFormat::R8Unorm, Cow::Borrowed(values), u8::MAX as f64),
             Intensities::U16(values) => {
                 let largest = u16::MAX as f64;
                 let unit = |value: &u16| (*value as f64 / largest) as f32;
                 let bytes = match self.intensity16 {
-                    TextureFormat::R16Unorm => bytemuck::cast_slice(values).to_vec(),
-                    TextureFormat::R32Float => values
-                        .iter()
-                        .flat_map(|value| unit(value).to_ne_bytes())
-                        .collect(),
-                    _ => values
-                        .iter()
-                        .flat_map(|value| half::f16::from_f32(unit(value)).to_ne_bytes())
-                        .collect(),
+                    TextureFormat::R16Unorm => Cow::Borrowed(bytemuck::cast_slice(values)),
+                    TextureFormat::R32Float => {
+                        Cow::Owned(values.iter().flat_map(|value| unit(value).to_ne_bytes()).collect())
+                    }
+                    _ => Cow::Owned(
+                        values
+                            .iter()
+                            .flat_map(|value| half::f16::from_f32(unit(value)).to_ne_bytes())
+                            .collect(),
+                    ),
                 };
                 (self.intensity16, bytes, largest)
             }
@@ -126,11 +127,7 @@ pub(crate) fn volume_texture(
 ) -> TextureDescriptor<'static> {
     TextureDescriptor {
         label: Some(label),
-        size: Extent3d {
-            width: dimensions.x,
-            height: dimensions.y,
-            depth_or_array_layers: dimensions.z,
-        },
+        size: Extent3d { width: dimensions.x, height: dimensions.y, depth_or_array_layers: dimensions.z },
         mip_level_count: 1,
         sample_count: 1,
         dimension: TextureDimension::D3,

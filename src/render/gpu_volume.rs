@@ -11,7 +11,7 @@ use bevy::{
 };
 
 use super::formats::{Formats, volume_texture};
-use crate::volume::Volume;
+use crate::volume::{Intensities, Volume};
 
 /// A [`Volume`] on the device.
 pub(crate) struct GpuVolume {
@@ -26,7 +26,11 @@ impl RenderAsset for GpuVolume {
     type Param = (SRes<RenderDevice>, SRes<RenderQueue>, SRes<Formats>);
 
     fn byte_len(volume: &Volume) -> Option<usize> {
-        Some(volume.intensities().len())
+        let bytes_per_voxel = match volume.intensities() {
+            Intensities::U8(_) => 1,
+            Intensities::U16(_) => 2,
+        };
+        Some(bytes_per_voxel * volume.intensities().len())
     }
 
     fn prepare_asset(
@@ -36,22 +40,17 @@ impl RenderAsset for GpuVolume {
         _: Option<&Self>,
     ) -> Result<Self, PrepareAssetError<Volume>> {
         let (format, bytes, largest_stored) = formats.encode_intensities(volume.intensities());
+        // One that the device cannot hold was reported; its place is taken by a single voxel, which
+        // matches no volume of that size and so is never shown.
+        let fits = volume.dimensions().max_element() <= device.limits().max_texture_dimension_3d;
+        let dimensions = if fits { volume.dimensions() } else { UVec3::ONE };
         let texture = device.create_texture_with_data(
             queue,
-            &volume_texture(
-                "contextual_ao_intensities",
-                volume.dimensions(),
-                format,
-                TextureUsages::COPY_DST,
-            ),
+            &volume_texture("contextual_ao_intensities", dimensions, format, TextureUsages::COPY_DST),
             TextureDataOrder::default(),
             &bytes,
         );
-        Ok(Self {
-            view: texture.create_view(&default()),
-            texture,
-            largest_stored,
-        })
+        Ok(Self { view: texture.create_view(&default()), texture, largest_stored })
     }
 }
 

@@ -25,6 +25,7 @@ use bevy::{
     render::{
         ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         erased_render_asset::prepare_erased_assets,
+        init_gpu_resource,
         render_asset::{RenderAssetPlugin, prepare_assets},
         render_resource::SpecializedRenderPipelines,
         renderer::{RenderGraph, RenderGraphSystems},
@@ -34,9 +35,13 @@ use bevy::{
 
 use crate::{diagnostics::ReportChannel, material::VolumeMaterial};
 
-pub(crate) use clip_maps::{ClipMaps, capacity_for};
+pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
 pub use volume_store::{VolumeStore, VolumeTexture};
+
+/// Stands in both worlds where the device has what the passes need.
+#[derive(Resource)]
+pub(crate) struct DeviceSupport;
 
 /// Adds the passes to the render world.
 pub(crate) struct OcclusionRenderPlugin;
@@ -62,16 +67,17 @@ impl Plugin for OcclusionRenderPlugin {
             .init_gpu_resource::<VolumeStore>()
             .init_gpu_resource::<plan::FramePlan>()
             .init_gpu_resource::<SpecializedRenderPipelines<clip_depth::ClipDepthPipeline>>()
-            .init_gpu_resource::<clip_depth::ClipDepthPipeline>()
-            .init_gpu_resource::<dilate::DilatePipelines>()
+            .init_gpu_resource::<Formats>()
             .add_systems(
                 RenderStartup,
                 (
-                    bevy::render::init_gpu_resource::<Formats>,
-                    bevy::render::init_gpu_resource::<classify::ClassifyPipeline>,
-                    bevy::render::init_gpu_resource::<ray_cast::RayCastPipeline>,
+                    init_gpu_resource::<clip_depth::ClipDepthPipeline>,
+                    init_gpu_resource::<dilate::DilatePipelines>,
+                    init_gpu_resource::<classify::ClassifyPipeline>,
+                    init_gpu_resource::<ray_cast::RayCastPipeline>,
                 )
-                    .chain(),
+                    .after(init_gpu_resource::<Formats>)
+                    .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(ExtractSchedule, extract::extract_scene)
             .add_systems(
@@ -81,16 +87,16 @@ impl Plugin for OcclusionRenderPlugin {
                         .in_set(RenderSystems::PrepareAssets)
                         .after(prepare_assets::<gpu_volume::GpuVolume>)
                         .before(prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>),
-                    (plan::plan_carvers, plan::plan_volumes)
-                        .chain()
-                        .in_set(RenderSystems::PrepareResources),
-                ),
+                    (plan::plan_carvers, plan::plan_volumes).chain().in_set(RenderSystems::PrepareResources),
+                )
+                    .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(
                 RenderGraph,
                 encode::encode_passes
                     .in_set(RenderGraphSystems::Render)
-                    .before(camera_driver),
+                    .before(camera_driver)
+                    .run_if(resource_exists::<DeviceSupport>),
             );
     }
 }

@@ -120,15 +120,9 @@ impl RayCastPipeline {
         if counts {
             resources.push(self.work.as_entire_binding());
         }
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| BindGroupEntry { binding, resource })
-            .collect();
-        let layout = if counts {
-            &self.counting_layout
-        } else {
-            &self.layout
-        };
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
+        let layout = if counts { &self.counting_layout } else { &self.layout };
         Some(device.create_bind_group(
             "contextual_ao_ray_cast",
             &cache.get_bind_group_layout(layout),
@@ -145,11 +139,7 @@ impl RayCastPipeline {
         counts: bool,
         cache: &PipelineCache,
     ) {
-        let pipeline = if counts {
-            self.counting_pipeline
-        } else {
-            self.pipeline
-        };
+        let pipeline = if counts { self.counting_pipeline } else { self.pipeline };
         if let Some(pipeline) = cache.get_compute_pipeline(pipeline) {
             dispatch_bricks(encoder, "contextual_ao_ray_cast", pipeline, groups, bricks);
         }

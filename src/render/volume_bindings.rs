@@ -75,10 +75,7 @@ pub(crate) fn compute_bind_group(
     let bindings = bindings(volume, clip, formats)?;
     let entries: Vec<_> = bindings
         .iter()
-        .map(|(binding, resource)| BindGroupEntry {
-            binding: *binding,
-            resource: resource.get_binding(),
-        })
+        .map(|(binding, resource)| BindGroupEntry { binding: *binding, resource: resource.get_binding() })
         .collect();
     Some(device.create_bind_group(
         "contextual_ao_volume",

@@ -55,10 +55,7 @@ pub(crate) struct TextureAndView {
 impl TextureAndView {
     fn new(device: &RenderDevice, descriptor: &TextureDescriptor) -> Self {
         let texture = device.create_texture(descriptor);
-        Self {
-            view: texture.create_view(&default()),
-            texture,
-        }
+        Self { view: texture.create_view(&default()), texture }
     }
 }
 
@@ -99,10 +96,7 @@ struct VolumeIdentity {
 
 impl VolumeIdentity {
     fn of(volume: &ExtractedVolume) -> Self {
-        Self {
-            asset: volume.asset,
-            revision: volume.table.volume_revision,
-        }
+        Self { asset: volume.asset, revision: volume.table.volume_revision }
     }
 }
 
@@ -136,9 +130,8 @@ pub(crate) enum OpacityKey {
     Unclipped(UnclippedKey),
     Clipped {
         unclipped: UnclippedKey,
-        carvers: Vec<CarverUniform>,
-        /// Counts redrawn depth and dilation maps.
-        maps_revision: u64,
+        /// The carvers that act, each with the revision of its maps.
+        carvers: Vec<(CarverUniform, u64)>,
     },
 }
 
@@ -167,11 +160,7 @@ impl VolumeStore {
         self.0.retain(|entity, _| alive.contains(entity));
         for volume in &scene.volumes {
             let identity = VolumeIdentity::of(volume);
-            if self
-                .0
-                .get(&volume.entity)
-                .is_some_and(|resources| resources.identity == identity)
-            {
+            if self.0.get(&volume.entity).is_some_and(|resources| resources.identity == identity) {
                 continue;
             }
             self.0.remove(&volume.entity);
@@ -188,10 +177,7 @@ impl VolumeStore {
     pub(super) fn usage(&self) -> GpuUsage {
         self.0.values().fold(default(), |sum: GpuUsage, volume| {
             let usage = volume.usage();
-            GpuUsage {
-                textures: sum.textures + usage.textures,
-                bytes: sum.bytes + usage.bytes,
-            }
+            GpuUsage { textures: sum.textures + usage.textures, bytes: sum.bytes + usage.bytes }
         })
     }
 }
@@ -218,10 +204,7 @@ impl VolumeResources {
                 device,
                 &TextureDescriptor {
                     label: Some("contextual_ao_lookup_table"),
-                    size: Extent3d {
-                        width: LookupTable::ENTRIES as u32,
-                        ..default()
-                    },
+                    size: Extent3d { width: LookupTable::ENTRIES as u32, ..default() },
                     mip_level_count: 1,
                     sample_count: 1,
                     dimension: TextureDimension::D2,

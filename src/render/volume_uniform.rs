@@ -6,9 +6,12 @@ use bevy::{
     render::render_resource::ShaderType,
 };
 
-use super::extract::{ExtractedCarver, ExtractedVolume};
+use super::{
+    extract::{ExtractedCarver, ExtractedVolume},
+    plan::ReadyCarver,
+};
 use crate::{
-    clip::{ClipOperation, DilationFrame, MAX_CARVERS},
+    clip::{ClipOperation, MAX_CARVERS},
     volume::LookupTable,
 };
 
@@ -47,11 +50,7 @@ impl VolumeUniform {
         let geometry = &volume.geometry;
         let texture_from_voxel = geometry.texture_from_voxel();
         let [lo, hi] = volume.table.stored_range;
-        let entries_per_stored = if hi > lo {
-            (LookupTable::ENTRIES - 1) as f64 / (hi - lo)
-        } else {
-            0.0
-        };
+        let entries_per_stored = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
@@ -96,32 +95,26 @@ pub(crate) struct CarverTable {
 
 impl Default for CarverTable {
     fn default() -> Self {
-        Self {
-            carvers: [default(); MAX_CARVERS],
-        }
+        Self { carvers: [default(); MAX_CARVERS] }
     }
 }
 
-impl From<&[CarverUniform]> for CarverTable {
+impl FromIterator<CarverUniform> for CarverTable {
     /// At most [`MAX_CARVERS`].
-    fn from(carvers: &[CarverUniform]) -> Self {
+    fn from_iter<I: IntoIterator<Item = CarverUniform>>(carvers: I) -> Self {
         let mut table = Self::default();
         for (entry, carver) in table.carvers.iter_mut().zip(carvers) {
-            *entry = *carver;
+            *entry = carver;
         }
         table
     }
 }
 
 impl CarverUniform {
-    pub fn new(
-        carver: &ExtractedCarver,
-        volume: &ExtractedVolume,
-        dilation: DilationFrame,
-        slot: u32,
-    ) -> Self {
+    pub fn new(carver: &ExtractedCarver, ready: &ReadyCarver, volume: &ExtractedVolume) -> Self {
         let local_from_volume = carver.world_from_local.inverse() * volume.world_from_local;
-        let clip = carver.frame.clip_from_local() * local_from_volume;
+        let clip = ready.frame.clip_from_local() * local_from_volume;
+        let dilation = ready.dilation.frame();
         let matrix = clip.matrix3.transpose();
         let row = |row: Vec3A, offset: f32| Vec3::from(row).extend(offset);
         let scale = dilation.size.recip();
@@ -133,7 +126,7 @@ impl CarverUniform {
             ],
             dilation_offset: -dilation.min * scale,
             dilation_scale: scale,
-            slot,
+            slot: ready.slot,
             operation: match carver.clip_mesh.operation {
                 ClipOperation::Subtract => 0,
                 ClipOperation::Intersect => 1,
@@ -174,4 +167,55 @@ pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
             ]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::render::render_resource::encase::private::StructMetadata;
+    use naga::{Module, TypeInner};
+
+    /// The WGSL side, as it is without Bevy's preprocessor.
+    fn module() -> Module {
+        let source: String = [include_str!("volume_bindings.wgsl"), include_str!("occlusion_pass.wgsl")]
+            .concat()
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(|line| line.replace("#{VOLUME_BIND_GROUP}", "0") + "\n")
+            .collect();
+        naga::front::wgsl::parse_str(&source).expect("the shader libraries are valid")
+    }
+
+    /// Size and offsets of a WGSL struct.
+    fn wgsl_layout(name: &str) -> (u64, Vec<u64>) {
+        let module = module();
+        let (_, found) =
+            module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct is there");
+        let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
+        (*span as u64, members.iter().map(|member| member.offset as u64).collect())
+    }
+
+    fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>() -> (u64, Vec<u64>) {
+        let offsets = (0..N).map(|member| T::METADATA.offset(member)).collect();
+        (T::min_size().get(), offsets)
+    }
+
+    #[test]
+    fn rust_and_wgsl_agree() {
+        assert_eq!(rust_layout::<VolumeUniform, 13>(), wgsl_layout("VolumeUniform"));
+        assert_eq!(rust_layout::<CarverUniform, 6>(), wgsl_layout("Carver"));
+        assert_eq!(rust_layout::<OcclusionPassUniform, 6>(), wgsl_layout("OcclusionPass"));
+        let bindings = include_str!("volume_bindings.wgsl");
+        for (name, value) in [
+            ("MAX_CARVERS", MAX_CARVERS as u32),
+            ("SHADE_OCCLUSION", SHADE_OCCLUSION),
+            ("SHADE_LIGHT", SHADE_LIGHT),
+            ("SHADE_JITTER", SHADE_JITTER),
+        ] {
+            assert!(
+                bindings.contains(&format!("const {name}: u32 = {value}u;")),
+                "{name} is not {value} in WGSL"
+            );
+        }
+    }
 }

@@ -74,10 +74,7 @@ pub struct Rescale {
 impl Default for Rescale {
     /// Stored values are file units.
     fn default() -> Self {
-        Self {
-            slope: 1.0,
-            intercept: 0.0,
-        }
+        Self { slope: 1.0, intercept: 0.0 }
     }
 }
 
@@ -111,10 +108,7 @@ impl Volume {
     ) -> Result<Self, VolumeError> {
         let sizes = dimensions.to_array().map(u64::from);
         let voxels = sizes.iter().try_fold(1u64, |a, &b| a.checked_mul(b));
-        let dimension_error = |reason: String| VolumeError::Dimensions {
-            sizes: sizes.to_vec(),
-            reason,
-        };
+        let dimension_error = |reason: String| VolumeError::Dimensions { sizes: sizes.to_vec(), reason };
         if voxels == Some(0) {
             return Err(dimension_error("a dimension is zero".into()));
         }
@@ -231,11 +225,7 @@ pub(crate) fn check_rescale(rescale: Rescale) -> Result<(), VolumeError> {
     }
     // With the largest stored value, so that every voxel's value is finite.
     if !intercept.is_finite() || !(slope * f64::from(u16::MAX) + intercept).is_finite() {
-        return Err(VolumeError::field(
-            "intercept",
-            intercept,
-            "all values must be finite",
-        ));
+        return Err(VolumeError::field("intercept", intercept, "all values must be finite"));
     }
     Ok(())
 }

@@ -3,9 +3,10 @@
 use bevy::{
     asset::{AssetLoadError, AssetLoadFailedEvent, AssetPath, LoadState},
     prelude::*,
+    render::renderer::RenderDevice,
 };
 
-use super::{TransferFunction, Volume};
+use super::{LookupTable, TransferFunction, Volume};
 use crate::occlusion::{AmbientOcclusion, VolumeShading};
 
 /// World units per millimetre of a volume's default scale: 1 world unit is 1 m.
@@ -83,7 +84,8 @@ impl VolumeBundle {
     }
 }
 
-/// Triggered on a [`Volume3d`] entity when its file has been read.
+/// Triggered on a [`Volume3d`] entity when its volume and its transfer function have been read, and
+/// again when the volume is replaced.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct VolumeLoaded {
     /// The volume's entity.
@@ -106,47 +108,54 @@ pub struct VolumeOccluded {
     pub entity: Entity,
 }
 
-/// Tells the entities of a volume that it has been read, or why not.
-pub(super) fn report_loading(
+/// Tells the entities of a volume why it cannot be shown.
+pub(super) fn report_failures(
     mut commands: Commands,
-    mut loaded: MessageReader<AssetEvent<Volume>>,
     mut failed: MessageReader<AssetLoadFailedEvent<Volume>>,
     mut failed_functions: MessageReader<AssetLoadFailedEvent<TransferFunction>>,
     asset_server: Res<AssetServer>,
-    volumes: Query<(Entity, Ref<Volume3d>, &VolumeTransferFunction)>,
+    entities: Query<(Entity, Ref<Volume3d>, Ref<VolumeTransferFunction>)>,
 ) {
-    let loaded: Vec<_> = loaded
-        .read()
-        .filter_map(|event| match event {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
-            _ => None,
-        })
-        .collect();
     let failed: Vec<_> = failed.read().collect();
     let failed_functions: Vec<_> = failed_functions.read().collect();
-    for (entity, volume, transfer_function) in &volumes {
-        // A handle to a file that was read, or failed, before the entity came.
-        let state = volume
-            .is_changed()
-            .then(|| asset_server.get_load_state(&volume.0))
-            .flatten();
-        if loaded.contains(&volume.id()) || matches!(state, Some(LoadState::Loaded)) {
-            commands.trigger(VolumeLoaded { entity });
-        }
+    for (entity, volume, function) in &entities {
         let of_volume = failed.iter().filter(|event| event.id == volume.id());
-        let of_function = failed_functions
-            .iter()
-            .filter(|event| event.id == transfer_function.id());
+        let of_function = failed_functions.iter().filter(|event| event.id == function.id());
+        // A file that failed before the entity came.
+        let earlier = [
+            volume.is_changed().then(|| asset_server.get_load_state(&volume.0)).flatten(),
+            function.is_changed().then(|| asset_server.get_load_state(&function.0)).flatten(),
+        ];
         let errors = of_volume
             .map(|event| describe(&event.path, &event.error))
             .chain(of_function.map(|event| describe(&event.path, &event.error)))
-            .chain(match &state {
-                Some(LoadState::Failed(error)) => Some(first_line(error)),
+            .chain(earlier.iter().flatten().filter_map(|state| match state {
+                LoadState::Failed(error) => Some(first_line(error)),
                 _ => None,
-            });
+            }));
         for error in errors {
             commands.trigger(VolumeFailed { entity, error });
         }
+    }
+}
+
+/// Tells the entities of a volume that is loaded if it is larger than the device can hold.
+pub(super) fn report_too_large(
+    loaded: On<VolumeLoaded>,
+    mut commands: Commands,
+    device: Option<Res<RenderDevice>>,
+    volumes: Query<&LookupTable>,
+) {
+    let (Some(device), Ok(table)) = (device, volumes.get(loaded.entity)) else {
+        return;
+    };
+    let most = device.limits().max_texture_dimension_3d;
+    let dimensions = table.geometry.dimensions;
+    if dimensions.max_element() > most {
+        commands.trigger(VolumeFailed {
+            entity: loaded.entity,
+            error: format!("{dimensions} voxels: this graphics device holds at most {most} along each axis"),
+        });
     }
 }
 

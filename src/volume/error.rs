@@ -74,11 +74,7 @@ pub enum VolumeError {
 impl VolumeError {
     /// A [`VolumeError::Field`] from anything that can be shown.
     pub(crate) fn field(field: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {
-        Self::Field {
-            field,
-            value: value.to_string(),
-            reason: reason.into(),
-        }
+        Self::Field { field, value: value.to_string(), reason: reason.into() }
     }
 }
 

@@ -55,8 +55,7 @@ impl VolumeGeometry {
     pub fn corners(&self) -> [DVec3; 8] {
         core::array::from_fn(|k| {
             let far = DVec3::from_array([0, 1, 2].map(|axis| ((k >> axis) & 1) as f64));
-            self.local_from_voxel
-                .transform_point3(far * self.dimensions.as_dvec3() - 0.5)
+            self.local_from_voxel.transform_point3(far * self.dimensions.as_dvec3() - 0.5)
         })
     }
 }

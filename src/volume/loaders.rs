@@ -28,18 +28,12 @@ impl AssetLoader for VolumeLoader {
     ) -> Result<Volume, VolumeFileError> {
         let asset_path = load_context.path().clone_owned();
         let path = asset_path.path().to_owned();
-        let at = |path: &std::path::Path, cause: VolumeError| VolumeFileError {
-            path: path.to_owned(),
-            cause,
-        };
+        let at =
+            |path: &std::path::Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
         let mut bytes = Vec::new();
-        reader
-            .read_to_end(&mut bytes)
-            .await
-            .map_err(|error| at(&path, error.into()))?;
-        let header = Format::of(&path)
-            .and_then(|format| format.parse(&bytes))
-            .map_err(|cause| at(&path, cause))?;
+        reader.read_to_end(&mut bytes).await.map_err(|error| at(&path, error.into()))?;
+        let header =
+            Format::of(&path).and_then(|format| format.parse(&bytes)).map_err(|cause| at(&path, cause))?;
         let candidates = data_file_candidates(&path, &header);
         if candidates.is_empty() {
             return decode(&header, &bytes).map_err(|cause| at(&path, cause));
@@ -55,15 +49,8 @@ impl AssetLoader for VolumeLoader {
                 }
             }
         }
-        Err(missing.unwrap_or_else(|| {
-            at(
-                &path,
-                VolumeError::Truncated {
-                    expected_bytes: 1,
-                    found_bytes: 0,
-                },
-            )
-        }))
+        Err(missing
+            .unwrap_or_else(|| at(&path, VolumeError::Truncated { expected_bytes: 1, found_bytes: 0 })))
     }
 
     fn extensions(&self) -> &[&str] {

@@ -7,7 +7,10 @@ use bevy::{
 };
 use std::sync::Arc;
 
-use super::{TransferFunction, Volume, Volume3d, VolumeTransferFunction};
+use super::{
+    OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeGeometry, VolumeLoaded,
+    VolumeTransferFunction,
+};
 
 /// The transfer function of a [`Volume3d`] over the volume's range of intensities, inserted and
 /// kept up to date by the plugin.
@@ -20,6 +23,8 @@ pub struct LookupTable {
     pub stored_range: [f64; 2],
     /// Length, mm, over which the entries' opacity accumulates.
     pub opacity_unit_distance_mm: f32,
+    /// The volume's grid.
+    pub geometry: VolumeGeometry,
     /// Counts changes.
     pub revision: u32,
     /// Counts changes of the volume's data.
@@ -32,12 +37,15 @@ impl LookupTable {
 
     fn bake(function: &TransferFunction, volume: &Volume, revision: u32, volume_revision: u32) -> Self {
         let [lo, hi] = volume.stored_range().map(f64::from);
-        // Only where the function varies: a narrow window of a 16-bit volume gets all entries.
+        // Only where the function varies: a narrow window of a 16-bit volume gets all entries. One
+        // intensity more at either end, so that a step there has both its sides.
         let ends = [function.points.first(), function.points.last()]
             .map(|point| point.map_or(0.0, |point| volume.to_stored(point.value as f64)));
-        let start = ends[0].min(ends[1]).clamp(lo, hi);
-        let end = ends[0].max(ends[1]).clamp(lo, hi);
-        let step = (end - start) / (Self::ENTRIES - 1) as f64;
+        let start = (ends[0].min(ends[1]).floor() - 1.0).clamp(lo, hi);
+        let end = (ends[0].max(ends[1]).ceil() + 1.0).clamp(lo, hi);
+        // Where there are entries enough, every stored intensity has one of its own.
+        let (span, last) = (end - start, (Self::ENTRIES - 1) as f64);
+        let step = if span <= last { (last / span.max(1.0)).floor().recip() } else { span / last };
         let entries = (0..Self::ENTRIES)
             .map(|k| {
                 let value = volume.to_file_units(start + k as f64 * step);
@@ -49,8 +57,9 @@ impl LookupTable {
             .collect();
         Self {
             entries: Arc::new(entries),
-            stored_range: [start, end],
+            stored_range: [start, start + last * step],
             opacity_unit_distance_mm: function.opacity_unit_distance_mm,
+            geometry: VolumeGeometry::of(volume),
             revision,
             volume_revision,
         }
@@ -65,12 +74,7 @@ pub(super) fn bake_lookup_tables(
     mut function_events: MessageReader<AssetEvent<TransferFunction>>,
     volumes: Res<Assets<Volume>>,
     functions: Res<Assets<TransferFunction>>,
-    entities: Query<(
-        Entity,
-        Ref<Volume3d>,
-        Ref<VolumeTransferFunction>,
-        Option<&LookupTable>,
-    )>,
+    entities: Query<(Entity, Ref<Volume3d>, Ref<VolumeTransferFunction>, Option<&LookupTable>)>,
     orphans: Query<Entity, (With<LookupTable>, Without<Volume3d>)>,
 ) {
     let changed_volumes: HashSet<_> = volume_events.read().filter_map(changed).collect();
@@ -88,32 +92,34 @@ pub(super) fn bake_lookup_tables(
                 functions.get(&function.0)?
             };
             let (revision, volume_revision) = table.map_or((0, 0), |table| {
-                (
-                    table.revision + 1,
-                    table.volume_revision + u32::from(volume_changed),
-                )
+                (table.revision + 1, table.volume_revision + u32::from(volume_changed))
             });
             Some(LookupTable::bake(function, volume, revision, volume_revision))
         });
         match baked {
             Some(baked) => {
-                commands.entity(entity).insert(baked);
+                let is_new = table.is_none() || volume_changed;
+                commands.entity(entity).try_insert((baked, OcclusionProgress(0.0)));
+                if is_new {
+                    commands.trigger(VolumeLoaded { entity });
+                }
             }
             None if table.is_some() => {
-                commands.entity(entity).remove::<LookupTable>();
+                let mut entity = commands.entity(entity);
+                entity.try_remove::<LookupTable>().try_insert(OcclusionProgress(0.0));
             }
             None => {}
         }
     }
     for entity in &orphans {
-        commands.entity(entity).remove::<LookupTable>();
+        commands.entity(entity).try_remove::<LookupTable>();
     }
 }
 
-/// The asset that an event changes, if it does.
+/// The asset that an event changes, if it does. One that was added is missed by no table.
 fn changed<A: Asset>(event: &AssetEvent<A>) -> Option<AssetId<A>> {
     match event {
-        AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
+        AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
         _ => None,
     }
 }

@@ -46,14 +46,12 @@ impl Plugin for VolumePlugin {
             .register_type::<OcclusionProgress>()
             .init_asset_loader::<VolumeLoader>()
             .init_asset_loader::<TransferFunctionLoader>()
+            .add_observer(bundle::report_too_large)
             .add_systems(
                 PostUpdate,
                 // Before asset events go out, so that what is made of a table reaches the renderer
                 // in the same frame as the table.
-                (
-                    lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake),
-                    bundle::report_loading,
-                )
+                (lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake), bundle::report_failures)
                     .before(AssetEventSystems),
             );
     }

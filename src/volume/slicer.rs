@@ -8,14 +8,8 @@
 use super::transfer_function::{ControlPoint, TransferFunctionError, mix};
 
 /// The numbers before the first function.
-const SETTINGS: [&str; 6] = [
-    "interpolation type",
-    "shade",
-    "diffuse",
-    "ambient",
-    "specular",
-    "specular power",
-];
+const SETTINGS: [&str; 6] =
+    ["interpolation type", "shade", "diffuse", "ambient", "specular", "specular power"];
 
 /// The control points of a volume property: one at every node of its opacity and colour functions.
 pub(super) fn control_points(text: &str) -> Result<Vec<ControlPoint>, TransferFunctionError> {
@@ -45,11 +39,7 @@ impl<'a> Words<'a> {
             let line = line.split("=>").next().unwrap_or_default();
             line.split_whitespace().map(move |word| (index + 1, word))
         });
-        Self {
-            words: words.collect(),
-            next: 0,
-            last_line: text.lines().count().max(1),
-        }
+        Self { words: words.collect(), next: 0, last_line: text.lines().count().max(1) }
     }
 
     /// The next number, or why there is none.

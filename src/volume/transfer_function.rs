@@ -87,10 +87,7 @@ impl TransferFunction {
         opacity_unit_distance_mm: f32,
     ) -> Result<Self, TransferFunctionError> {
         points.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let function = Self {
-            points,
-            opacity_unit_distance_mm,
-        };
+        let function = Self { points, opacity_unit_distance_mm };
         function.validate()?;
         Ok(function)
     }
@@ -102,11 +99,7 @@ impl TransferFunction {
     ///
     /// As [`new`](Self::new). `from` may lie above `to`: low values are opaque then.
     pub fn ramp(from: f32, to: f32, opacity: f32, color: [f32; 3]) -> Result<Self, TransferFunctionError> {
-        let point = |value, opacity| ControlPoint {
-            value,
-            color,
-            opacity,
-        };
+        let point = |value, opacity| ControlPoint { value, color, opacity };
         Self::new(vec![point(from, 0.0), point(to, opacity)], 1.0)
     }
 
@@ -123,14 +116,8 @@ impl TransferFunction {
         }
         let mut before = f32::NEG_INFINITY;
         for (index, point) in self.points.iter().enumerate() {
-            let error = |field, value, reason| {
-                Err(TransferFunctionError::Point {
-                    index,
-                    field,
-                    value,
-                    reason,
-                })
-            };
+            let error =
+                |field, value, reason| Err(TransferFunctionError::Point { index, field, value, reason });
             if !point.value.is_finite() {
                 return error("value", point.value, "must be finite");
             }
@@ -139,12 +126,7 @@ impl TransferFunction {
             }
             before = point.value;
             let [red, green, blue] = point.color;
-            let shares = [
-                ("red", red),
-                ("green", green),
-                ("blue", blue),
-                ("opacity", point.opacity),
-            ];
+            let shares = [("red", red), ("green", green), ("blue", blue), ("opacity", point.opacity)];
             for (field, value) in shares {
                 if !(0.0..=1.0).contains(&value) {
                     return error(field, value, "must be from 0 to 1");
@@ -183,9 +165,7 @@ impl TransferFunction {
             let [red, green, blue] = point.color;
             [red, green, blue, point.opacity]
         };
-        let above = self
-            .points
-            .partition_point(|point| f64::from(point.value) <= value);
+        let above = self.points.partition_point(|point| f64::from(point.value) <= value);
         let below = above.checked_sub(1).and_then(|below| self.points.get(below));
         match (below, self.points.get(above)) {
             (Some(a), Some(b)) => mix([a.value.into(), b.value.into()], [colors(a), colors(b)], value),
@@ -242,16 +222,8 @@ impl TransferFunction {
         let spacing = volume.spacing_mm().min_element();
         Self {
             points: vec![
-                ControlPoint {
-                    value: clamp(threshold - half),
-                    color: [0.62, 0.42, 0.30],
-                    opacity: 0.0,
-                },
-                ControlPoint {
-                    value: clamp(threshold + half),
-                    color: [0.95, 0.89, 0.78],
-                    opacity: 0.9,
-                },
+                ControlPoint { value: clamp(threshold - half), color: [0.62, 0.42, 0.30], opacity: 0.0 },
+                ControlPoint { value: clamp(threshold + half), color: [0.95, 0.89, 0.78], opacity: 0.9 },
             ],
             opacity_unit_distance_mm: spacing,
         }
@@ -261,11 +233,7 @@ impl TransferFunction {
 /// Linear between two nodes, exact at both.
 pub(super) fn mix<const N: usize>(at: [f64; 2], outputs: [[f32; N]; 2], value: f64) -> [f32; N] {
     let width = at[1] - at[0];
-    let t = if width > 0.0 {
-        ((value - at[0]) / width).clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
+    let t = if width > 0.0 { ((value - at[0]) / width).clamp(0.0, 1.0) } else { 1.0 };
     std::array::from_fn(|index| {
         let [a, b] = outputs.map(|output| f64::from(output[index]));
         (a * (1.0 - t) + b * t) as f32

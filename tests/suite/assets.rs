@@ -35,14 +35,10 @@ fn app() -> Headless {
 /// Shows the file and runs frames until it has been read, or not.
 fn load(app: &mut Headless, path: &Path) -> Entity {
     let world = app.app.world_mut();
-    let handle: Handle<Volume> = world
-        .resource::<AssetServer>()
-        .load(AssetPath::from_path_buf(path.to_owned()));
+    let handle: Handle<Volume> =
+        world.resource::<AssetServer>().load(AssetPath::from_path_buf(path.to_owned()));
     let entity = world.spawn(VolumeBundle::new(handle)).id();
-    let before = (
-        world.resource::<Seen>().loaded,
-        world.resource::<Seen>().failed.len(),
-    );
+    let before = (world.resource::<Seen>().loaded, world.resource::<Seen>().failed.len());
     for _ in 0..2000 {
         app.frame();
         let seen = app.app.world().resource::<Seen>();
@@ -59,45 +55,25 @@ fn files_load_and_failures_name_file_and_cause() {
     let folder = folder("loaders");
     let header =
         "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 4 3 2\nspacings: 1 2 3\nencoding: raw\n";
-    std::fs::write(
-        folder.join("split.nhdr"),
-        format!("{header}data file: split.raw\n"),
-    )
-    .expect("write");
+    std::fs::write(folder.join("split.nhdr"), format!("{header}data file: split.raw\n")).expect("write");
     std::fs::write(folder.join("split.raw"), [7; 24]).expect("write");
     std::fs::write(folder.join("short.nrrd"), format!("{header}\nonly a few")).expect("write");
-    std::fs::write(
-        folder.join("lost.nhdr"),
-        format!("{header}data file: nowhere.raw\n"),
-    )
-    .expect("write");
+    std::fs::write(folder.join("lost.nhdr"), format!("{header}data file: nowhere.raw\n")).expect("write");
 
     let mut app = app();
     let entity = load(&mut app, &folder.join("split.nhdr"));
     let world = app.app.world();
-    assert!(
-        world.resource::<Seen>().failed.is_empty(),
-        "{:?}",
-        world.resource::<Seen>().failed
-    );
+    assert!(world.resource::<Seen>().failed.is_empty(), "{:?}", world.resource::<Seen>().failed);
     let handle = world.get::<Volume3d>(entity).expect("the volume");
     let volume = world.resource::<Assets<Volume>>().get(&handle.0).expect("loaded");
     assert_eq!(volume.dimensions(), UVec3::new(4, 3, 2));
     assert_eq!(volume.intensities(), &Intensities::U8(vec![7; 24]));
 
-    for (file, names) in [
-        ("short.nrrd", ["short.nrrd", "truncated"]),
-        ("lost.nhdr", ["lost.nhdr", "nowhere.raw"]),
-    ] {
+    for (file, names) in
+        [("short.nrrd", ["short.nrrd", "truncated"]), ("lost.nhdr", ["lost.nhdr", "nowhere.raw"])]
+    {
         load(&mut app, &folder.join(file));
-        let error = app
-            .app
-            .world()
-            .resource::<Seen>()
-            .failed
-            .last()
-            .cloned()
-            .unwrap_or_default();
+        let error = app.app.world().resource::<Seen>().failed.last().cloned().unwrap_or_default();
         for name in names {
             assert!(error.contains(name), "{file}: `{error}` does not name {name}");
         }
@@ -115,11 +91,8 @@ fn the_demo_asset_is_what_the_generator_makes() {
     let width = phantom.dimensions.x as usize * phantom.dimensions.y as usize;
     for (z, slice) in phantom.values.chunks(width).enumerate() {
         for (k, expected) in slice.iter().enumerate().step_by(7) {
-            let voxel = UVec3::new(
-                k as u32 % phantom.dimensions.x,
-                k as u32 / phantom.dimensions.x,
-                z as u32,
-            );
+            let voxel =
+                UVec3::new(k as u32 % phantom.dimensions.x, k as u32 / phantom.dimensions.x, z as u32);
             assert_eq!(volume.value_at(voxel), Some(*expected as f64), "{voxel}");
         }
     }
@@ -143,11 +116,7 @@ fn both_kinds_of_transfer_function_files_load() {
     let mut app = app();
     let world = app.app.world_mut();
     let handles: Vec<Handle<TransferFunction>> = ["ramp.tf.ron", "ramp.vp"]
-        .map(|file| {
-            world
-                .resource::<AssetServer>()
-                .load(AssetPath::from_path_buf(folder.join(file)))
-        })
+        .map(|file| world.resource::<AssetServer>().load(AssetPath::from_path_buf(folder.join(file))))
         .into();
     for _ in 0..2000 {
         app.frame();

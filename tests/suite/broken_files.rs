@@ -134,9 +134,7 @@ fn pseudo_random(count: usize) -> Vec<u8> {
 
 /// A step of a linear congruential generator; its upper bits are good enough here.
 fn next(state: &mut u64) -> u64 {
-    *state = state
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     *state >> 33
 }
 
@@ -151,26 +149,11 @@ fn no_mutation_makes_a_reader_panic() {
         ("m.nii", nifti(&[2, 3, 4], 16, &floats)),
         ("m.nii.gz", gzip(&nifti(&[2, 3, 4], 2, &data))),
         ("m.nrrd", nrrd(lps, &data)),
-        (
-            "m.nrrd",
-            nrrd("type: float\nendian: big\nspacings: 1 2 3\n", &floats),
-        ),
+        ("m.nrrd", nrrd("type: float\nendian: big\nspacings: 1 2 3\n", &floats)),
         ("m.nrrd", nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&data))),
-        (
-            "m.nrrd",
-            nrrd("encoding: text\nline skip: 1\n", b"\n1 2 3 4 5 6 7 8 9 10 11 12"),
-        ),
-        (
-            "m.mha",
-            mha(
-                "CompressedData = True\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n",
-                &zlib(&data),
-            ),
-        ),
-        (
-            "m.mha",
-            mha("BinaryDataByteOrderMSB = True\nHeaderSize = 0\n", &data),
-        ),
+        ("m.nrrd", nrrd("encoding: text\nline skip: 1\n", b"\n1 2 3 4 5 6 7 8 9 10 11 12")),
+        ("m.mha", mha("CompressedData = True\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n", &zlib(&data))),
+        ("m.mha", mha("BinaryDataByteOrderMSB = True\nHeaderSize = 0\n", &data)),
     ];
     let mut state = 7;
     let mut read = 0;

@@ -13,20 +13,11 @@ use crate::{
 };
 
 fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion {
-        pattern: RayPattern::Fibonacci(10),
-        steps: 4,
-        step_mm: 1.0,
-    }
+    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 4, step_mm: 1.0 }
 }
 
 fn scene(function: TransferFunction) -> TestScene {
-    TestScene::new(
-        folded_volume(UVec3::splat(24), DVec3::ONE),
-        function,
-        occlusion(),
-        ShadingMode::Cao,
-    )
+    TestScene::new(folded_volume(UVec3::splat(24), DVec3::ONE), function, occlusion(), ShadingMode::Cao)
 }
 
 fn pixels(image: &[u8], matches: impl Fn(&[u8]) -> bool) -> usize {
@@ -39,10 +30,7 @@ fn is_red(pixel: &[u8]) -> bool {
 
 fn camera(scene: &mut TestScene) -> Entity {
     let world = scene.world();
-    world
-        .query_filtered::<Entity, With<Camera3d>>()
-        .single(world)
-        .expect("one camera")
+    world.query_filtered::<Entity, With<Camera3d>>().single(world).expect("one camera")
 }
 
 #[test]
@@ -50,32 +38,18 @@ fn opaque_meshes_hide_and_are_hidden() {
     let mut scene = scene(opaque_ramp());
     scene.settle();
     let camera = camera(&mut scene);
-    let view = scene
-        .world()
-        .get::<Transform>(camera)
-        .expect("a place")
-        .translation;
+    let view = scene.world().get::<Transform>(camera).expect("a place").translation;
     let world = scene.world();
     let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.004));
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            base_color: Color::srgb(1.0, 0.0, 0.0),
-            unlit: true,
-            ..default()
-        });
-    let ball = world
-        .spawn((
-            Mesh3d(mesh),
-            MeshMaterial3d(material),
-            Transform::from_translation(view * 0.6),
-        ))
-        .id();
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
+        base_color: Color::srgb(1.0, 0.0, 0.0),
+        unlit: true,
+        ..default()
+    });
+    let ball =
+        world.spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_translation(view * 0.6))).id();
     let mut red_at = |place: Vec3| {
-        scene
-            .world()
-            .entity_mut(ball)
-            .insert(Transform::from_translation(place));
+        scene.world().entity_mut(ball).insert(Transform::from_translation(place));
         scene.headless.frame();
         scene.headless.frame();
         pixels(&scene.headless.image(), is_red)
@@ -83,10 +57,7 @@ fn opaque_meshes_hide_and_are_hidden() {
     let in_front = red_at(view * 0.6);
     assert!(in_front > 100, "{in_front} red pixels in front of the volume");
     let behind = red_at(-view * 0.6);
-    assert!(
-        behind < in_front / 20,
-        "{behind} red pixels through the opaque volume"
-    );
+    assert!(behind < in_front / 20, "{behind} red pixels through the opaque volume");
     // Half in, half out of the volume's corner: partly seen.
     let beside = red_at(view * 0.28);
     assert!(beside > 20, "{beside} red pixels where the mesh sticks out");
@@ -99,29 +70,19 @@ fn the_camera_may_be_inside() {
     scene.settle();
     let outside = scene.headless.image();
     let camera = camera(&mut scene);
-    scene
-        .world()
-        .entity_mut(camera)
-        .insert(Transform::default().looking_at(Vec3::X, Vec3::Y));
+    scene.world().entity_mut(camera).insert(Transform::default().looking_at(Vec3::X, Vec3::Y));
     scene.headless.frame();
     let inside = scene.headless.image();
     assert!(inside != outside, "the view changed nothing");
     // The wall of the hollow is all around.
     let lit = pixels(&inside, |pixel| pixel[0] > 60);
-    assert!(
-        lit as f64 > 0.99 * (IMAGE.x * IMAGE.y) as f64,
-        "{lit} pixels see the wall"
-    );
+    assert!(lit as f64 > 0.99 * (IMAGE.x * IMAGE.y) as f64, "{lit} pixels see the wall");
 }
 
 #[test]
 fn every_mode_and_every_kind_of_camera_draws() {
     let mut scene = scene(translucent_ramp());
-    scene.carve(
-        Sphere::new(6.0),
-        ClipMesh::default(),
-        Transform::from_xyz(6.0, 5.0, 8.0),
-    );
+    scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(6.0, 5.0, 8.0));
     scene.settle();
     let mut images: Vec<Vec<u8>> = Vec::new();
     for mode in ShadingMode::ALL {
@@ -129,16 +90,10 @@ fn every_mode_and_every_kind_of_camera_draws() {
         scene.settle();
         let image = scene.headless.image();
         let background = image[..4].to_vec();
-        assert!(
-            pixels(&image, |pixel| pixel != background) > 500,
-            "{}",
-            mode.name()
-        );
+        assert!(pixels(&image, |pixel| pixel != background) > 500, "{}", mode.name());
         images.push(image);
     }
-    let [solid, phong, cao, phong_cao, lao] = &images[..] else {
-        unreachable!("five modes")
-    };
+    let [solid, phong, cao, phong_cao, lao] = &images[..] else { unreachable!("five modes") };
     assert!(cao == lao, "cao and lao differ");
     assert!(solid != phong && solid != cao && phong != phong_cao && cao != phong_cao);
 
@@ -153,18 +108,9 @@ fn every_mode_and_every_kind_of_camera_draws() {
     type Change = Box<dyn Fn(&mut EntityWorldMut)>;
     let changes: [(&str, Change); 4] = [
         ("Msaa", Box::new(|camera| _ = camera.insert(Msaa::Sample4))),
-        (
-            "tonemapping",
-            Box::new(|camera| _ = camera.insert(Tonemapping::Reinhard)),
-        ),
-        (
-            "orthographic",
-            Box::new(move |camera| _ = camera.insert(orthographic())),
-        ),
-        (
-            "HDR",
-            Box::new(|camera| _ = camera.insert((Msaa::Off, bevy::camera::Hdr))),
-        ),
+        ("tonemapping", Box::new(|camera| _ = camera.insert(Tonemapping::Reinhard))),
+        ("orthographic", Box::new(move |camera| _ = camera.insert(orthographic()))),
+        ("HDR", Box::new(|camera| _ = camera.insert((Msaa::Off, bevy::camera::Hdr)))),
     ];
     for (name, change) in changes {
         change(&mut scene.world().entity_mut(camera));
@@ -182,9 +128,7 @@ fn a_hole_has_no_ghost_and_no_halo() {
     // A wall, cut flat by a box that reaches far beyond it: what stays is a thinner wall, and must
     // be shaded like one that was never thicker.
     let wall = |thickness: f64| {
-        volume_from(UVec3::new(32, 32, 24), DVec3::ONE, move |p| {
-            if p.y < thickness { 1.0 } else { 0.0 }
-        })
+        volume_from(UVec3::new(32, 32, 24), DVec3::ONE, move |p| if p.y < thickness { 1.0 } else { 0.0 })
     };
     // Axis 1 of the grid is the front of the volume: z. The cut is in the middle between two voxels.
     let shade = |volume: Volume, carves: bool| {
@@ -208,12 +152,7 @@ fn a_hole_has_no_ghost_and_no_halo() {
             let difference = cut[index].abs_diff(thin[index]);
             // The published coverage samples reach over the cut and thin out the layers next to
             // it: 41 samples, 1.025 voxels wide. A ghost or a halo is tens of bytes.
-            assert!(
-                difference <= 12,
-                "cut {} and never there {}",
-                cut[index],
-                thin[index]
-            );
+            assert!(difference <= 12, "cut {} and never there {}", cut[index], thin[index]);
             compared += 1;
         }
     }
@@ -236,17 +175,10 @@ fn one_head_in_four_axis_orders_looks_the_same() {
             let world = headless.app.world_mut();
             let data = world.resource_mut::<Assets<Volume>>().add(volume);
             let mut bundle = VolumeBundle::new(data);
-            bundle.shading = VolumeShading {
-                mode: ShadingMode::Solid,
-                jitter: false,
-                ..default()
-            };
+            bundle.shading = VolumeShading { mode: ShadingMode::Solid, jitter: false, ..default() };
             let volume = world.spawn(bundle).id();
             let view = Vec3::new(150.0, 120.0, 500.0) * WORLD_UNITS_PER_MM;
-            world.spawn((
-                camera,
-                Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y),
-            ));
+            world.spawn((camera, Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y)));
             headless.until_ready(volume).expect("it can be shown");
             headless.image()
         })
@@ -256,11 +188,7 @@ fn one_head_in_four_axis_orders_looks_the_same() {
     assert!(shown > 500, "{shown} pixels");
     for image in &images[1..] {
         let differs = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 24);
-        let different = images[0]
-            .chunks(4)
-            .zip(image.chunks(4))
-            .filter(|&pair| differs(pair))
-            .count();
+        let different = images[0].chunks(4).zip(image.chunks(4)).filter(|&pair| differs(pair)).count();
         // The heads are stored from one source, but are cropped to other grids: only outlines may differ.
         assert!(different < shown / 10, "{different} of {shown} pixels differ");
     }

@@ -10,11 +10,7 @@ use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
 const CLIPPED: u8 = 0;
 
 fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion {
-        pattern: RayPattern::Fibonacci(14),
-        steps: 6,
-        step_mm: 1.0,
-    }
+    AmbientOcclusion { pattern: RayPattern::Fibonacci(14), steps: 6, step_mm: 1.0 }
 }
 
 fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
@@ -23,12 +19,7 @@ fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
 }
 
 fn torus() -> Mesh {
-    Torus {
-        minor_radius: 3.5,
-        major_radius: 9.0,
-    }
-    .mesh()
-    .into()
+    Torus { minor_radius: 3.5, major_radius: 9.0 }.mesh().into()
 }
 
 /// Compares the scene as it is with everything recomputed; returns the share of recast voxels.
@@ -39,25 +30,13 @@ fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
     scene.headless.frame();
     let (lao, reference) = (scene.occlusion(), scene.headless.image());
     scene.set_mode(ShadingMode::Cao);
-    let different = (0..cao.len())
-        .filter(|&i| categories[i] != CLIPPED && cao[i] != lao[i])
-        .count();
+    let different = (0..cao.len()).filter(|&i| categories[i] != CLIPPED && cao[i] != lao[i]).count();
     assert_eq!(different, 0, "{name}: voxels that differ, of {}", cao.len());
-    let pixels = image
-        .chunks(4)
-        .zip(reference.chunks(4))
-        .filter(|(a, b)| a != b)
-        .count();
+    let pixels = image.chunks(4).zip(reference.chunks(4)).filter(|(a, b)| a != b).count();
     assert_eq!(pixels, 0, "{name}: pixels that differ");
     let lit = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count();
-    assert!(
-        lit > image.len() / 4 / 20,
-        "{name}: the image shows next to nothing ({lit} pixels)"
-    );
-    let recast = categories
-        .iter()
-        .filter(|&&c| c != CLIPPED && c != u8::MAX)
-        .count();
+    assert!(lit > image.len() / 4 / 20, "{name}: the image shows next to nothing ({lit} pixels)");
+    let recast = categories.iter().filter(|&&c| c != CLIPPED && c != u8::MAX).count();
     assert!(recast > 0, "{name}: carves nothing");
     recast as f64 / cao.len() as f64
 }
@@ -87,27 +66,15 @@ fn every_shape_is_exact() {
 #[test]
 fn every_pose_is_exact() {
     let mut scene = scene(DVec3::new(0.8, 1.0, 1.6), translucent_ramp());
-    let carver = scene.carve(
-        Cuboid::new(10.0, 8.0, 12.0),
-        ClipMesh::default(),
-        Transform::default(),
-    );
+    let carver = scene.carve(Cuboid::new(10.0, 8.0, 12.0), ClipMesh::default(), Transform::default());
     let rotation = Quat::from_euler(EulerRot::XYZ, 0.4, 0.9, -0.3);
     let poses = [
         ("moved", Transform::from_xyz(4.0, -5.0, 6.0)),
-        (
-            "rotated",
-            Transform::from_xyz(4.0, 5.0, -6.0).with_rotation(rotation),
-        ),
-        (
-            "scaled",
-            Transform::from_xyz(4.0, 5.0, 6.0).with_scale(Vec3::new(0.5, 2.0, 0.9)),
-        ),
+        ("rotated", Transform::from_xyz(4.0, 5.0, -6.0).with_rotation(rotation)),
+        ("scaled", Transform::from_xyz(4.0, 5.0, 6.0).with_scale(Vec3::new(0.5, 2.0, 0.9))),
         (
             "mirrored",
-            Transform::from_xyz(4.0, 5.0, 6.0)
-                .with_scale(Vec3::new(-1.0, 1.2, 1.0))
-                .with_rotation(rotation),
+            Transform::from_xyz(4.0, 5.0, 6.0).with_scale(Vec3::new(-1.0, 1.2, 1.0)).with_rotation(rotation),
         ),
     ];
     for (name, pose) in poses {
@@ -119,16 +86,8 @@ fn every_pose_is_exact() {
 #[test]
 fn several_carvers_and_probing_are_exact() {
     let mut scene = scene(DVec3::ONE, opaque_ramp());
-    scene.carve(
-        Sphere::new(8.0),
-        ClipMesh::default(),
-        Transform::from_xyz(5.0, 4.0, 6.0),
-    );
-    scene.carve(
-        Cuboid::new(9.0, 9.0, 9.0),
-        ClipMesh::default(),
-        Transform::from_xyz(9.0, 6.0, 2.0),
-    );
+    scene.carve(Sphere::new(8.0), ClipMesh::default(), Transform::from_xyz(5.0, 4.0, 6.0));
+    scene.carve(Cuboid::new(9.0, 9.0, 9.0), ClipMesh::default(), Transform::from_xyz(9.0, 6.0, 2.0));
     assert_exact(&mut scene, "two overlapping");
     scene.carve(
         Sphere::new(14.0),
@@ -150,11 +109,7 @@ fn no_drawn_point_reads_a_clipped_voxel() {
     let categories = scene.categories();
     let dimensions = geometry.dimensions;
     let mut clipped = 0;
-    for (index, _) in categories
-        .iter()
-        .enumerate()
-        .filter(|(_, category)| **category == CLIPPED)
-    {
+    for (index, _) in categories.iter().enumerate().filter(|(_, category)| **category == CLIPPED) {
         clipped += 1;
         let index = index as u32;
         let voxel = UVec3::new(
@@ -165,18 +120,12 @@ fn no_drawn_point_reads_a_clipped_voxel() {
         // Points that read this voxel with non-zero weight are less than one voxel away.
         for k in 0..512u32 {
             let offset = UVec3::new(k % 8, k / 8 % 8, k / 64).as_dvec3() / 3.5 - 1.0;
-            let p = geometry
-                .local_from_voxel
-                .transform_point3(voxel.as_dvec3() + offset * 0.999)
-                .as_vec3()
+            let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3() + offset * 0.999).as_vec3()
                 - center;
             let distance = Vec2::new(Vec2::new(p.x, p.z).length() - ring, p.y).length() - tube;
             // The mesh is a polyhedron inside the torus, 32 x 24 sides, and the depth maps have
             // texels of 25/256 mm: a point this far outside is not clipped.
-            assert!(
-                distance < 0.2,
-                "voxel {voxel} is taken for clipped, but {p} is {distance} mm outside"
-            );
+            assert!(distance < 0.2, "voxel {voxel} is taken for clipped, but {p} is {distance} mm outside");
         }
     }
     assert!(clipped > 100, "{clipped}");

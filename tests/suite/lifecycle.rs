@@ -11,20 +11,11 @@ use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 
 fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion {
-        pattern: RayPattern::Fibonacci(10),
-        steps: 5,
-        step_mm: 1.0,
-    }
+    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: 1.0 }
 }
 
 fn scene() -> TestScene {
-    TestScene::new(
-        folded_volume(SIZE, DVec3::ONE),
-        opaque_ramp(),
-        occlusion(),
-        ShadingMode::Cao,
-    )
+    TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), occlusion(), ShadingMode::Cao)
 }
 
 fn at(x: f32) -> Transform {
@@ -49,12 +40,7 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     scene.headless.frame();
     scene.headless.frame();
     let moved = scene.status().passes;
-    for (span, jobs) in [
-        (SPAN_DEPTH, 0),
-        (SPAN_DILATE, 0),
-        (SPAN_CLASSIFY, 1),
-        (SPAN_RAY_CAST, 1),
-    ] {
+    for (span, jobs) in [(SPAN_DEPTH, 0), (SPAN_DILATE, 0), (SPAN_CLASSIFY, 1), (SPAN_RAY_CAST, 1)] {
         assert_eq!(moved.jobs(span) - before.jobs(span), jobs, "{span} when moved");
     }
     assert!(scene.headless.image() != image, "is the same");
@@ -64,10 +50,7 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     let scaled = scene.status().passes;
     assert_eq!(scaled.jobs(SPAN_DEPTH), moved.jobs(SPAN_DEPTH));
     assert_eq!(scaled.jobs(SPAN_DILATE), moved.jobs(SPAN_DILATE) + 1);
-    let mesh = scene
-        .world()
-        .resource_mut::<Assets<Mesh>>()
-        .add(Cuboid::new(5.0, 6.0, 7.0));
+    let mesh = scene.world().resource_mut::<Assets<Mesh>>().add(Cuboid::new(5.0, 6.0, 7.0));
     scene.world().entity_mut(carver).insert(Mesh3d(mesh));
     scene.headless.frame();
     scene.headless.frame();
@@ -81,18 +64,9 @@ fn compute_runs_once_for_two_cameras() {
     let mut scene = scene();
     let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
     let camera = scene.headless.camera();
-    scene.world().spawn((
-        camera,
-        Transform::from_xyz(0.0, 0.05, 0.05).looking_at(Vec3::ZERO, Vec3::Y),
-    ));
-    scene
-        .headless
-        .app
-        .sub_app_mut(bevy::render::RenderApp)
-        .init_resource::<Views>();
-    scene
-        .headless
-        .add_render_system(Core3d, |mut views: ResMut<Views>| views.0 += 1);
+    scene.world().spawn((camera, Transform::from_xyz(0.0, 0.05, 0.05).looking_at(Vec3::ZERO, Vec3::Y)));
+    scene.headless.app.sub_app_mut(bevy::render::RenderApp).init_resource::<Views>();
+    scene.headless.add_render_system(Core3d, |mut views: ResMut<Views>| views.0 += 1);
     scene.settle();
     scene.headless.frame();
     let before = scene.status().passes;
@@ -106,13 +80,7 @@ fn compute_runs_once_for_two_cameras() {
     assert_eq!(after.jobs(SPAN_RAY_CAST) - before.jobs(SPAN_RAY_CAST), 1);
 
     fn views(scene: &TestScene) -> u32 {
-        scene
-            .headless
-            .app
-            .sub_app(bevy::render::RenderApp)
-            .world()
-            .resource::<Views>()
-            .0
+        scene.headless.app.sub_app(bevy::render::RenderApp).world().resource::<Views>().0
     }
 }
 
@@ -124,13 +92,7 @@ fn carvers_that_move_and_go_leave_nothing_behind() {
     scene.headless.frame();
     let usage = scene.status().usage;
     let carvers: Vec<_> = (0..5)
-        .map(|k| {
-            scene.carve(
-                Sphere::new(3.0 + k as f32),
-                ClipMesh::default(),
-                at(3.0 * k as f32 - 6.0),
-            )
-        })
+        .map(|k| scene.carve(Sphere::new(3.0 + k as f32), ClipMesh::default(), at(3.0 * k as f32 - 6.0)))
         .collect();
     for step in 0..3 {
         for (k, &carver) in carvers.iter().enumerate() {
@@ -164,12 +126,8 @@ fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
     let volume = scene.volume;
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(other());
-    let function = world
-        .resource_mut::<Assets<TransferFunction>>()
-        .add(translucent_ramp());
-    world
-        .entity_mut(volume)
-        .insert((Volume3d(data), VolumeTransferFunction(function)));
+    let function = world.resource_mut::<Assets<TransferFunction>>().add(translucent_ramp());
+    world.entity_mut(volume).insert((Volume3d(data), VolumeTransferFunction(function)));
     scene.headless.frame();
     scene.headless.frame();
     scene.settle();
@@ -180,19 +138,11 @@ fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
 
     // And edited in place, transfer function and all.
     let world = scene.world();
-    let handles = (
-        world.get::<Volume3d>(volume).cloned(),
-        world.get::<VolumeTransferFunction>(volume).cloned(),
-    );
-    let (Some(data), Some(function)) = handles else {
-        panic!("the volume keeps its handles")
-    };
-    let _ = world
-        .resource_mut::<Assets<Volume>>()
-        .insert(&data.0, folded_volume(SIZE, DVec3::ONE));
-    let _ = world
-        .resource_mut::<Assets<TransferFunction>>()
-        .insert(&function.0, opaque_ramp());
+    let handles =
+        (world.get::<Volume3d>(volume).cloned(), world.get::<VolumeTransferFunction>(volume).cloned());
+    let (Some(data), Some(function)) = handles else { panic!("the volume keeps its handles") };
+    let _ = world.resource_mut::<Assets<Volume>>().insert(&data.0, folded_volume(SIZE, DVec3::ONE));
+    let _ = world.resource_mut::<Assets<TransferFunction>>().insert(&function.0, opaque_ramp());
     for _ in 0..3 {
         scene.headless.frame();
     }
@@ -210,10 +160,7 @@ fn volumes_go_with_their_entity() {
     let one = scene.status().usage;
     let is_empty = |image: Vec<u8>| image.chunks(4).all(|pixel| *pixel == image[..4]);
     assert!(!is_empty(scene.headless.image()));
-    let data = scene
-        .world()
-        .resource_mut::<Assets<Volume>>()
-        .add(folded_volume(SIZE, DVec3::ONE));
+    let data = scene.world().resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
     let second = scene.world().spawn(VolumeBundle::new(data)).id();
     for _ in 0..4 {
         scene.headless.frame();
@@ -239,10 +186,7 @@ fn a_carver_can_be_restricted_to_some_volumes() {
     let untouched = scene.occlusion();
     let volume = scene.volume;
     let elsewhere = scene.world().spawn_empty().id();
-    let only = |entity| ClipMesh {
-        targets: ClipTargets::Only(vec![entity]),
-        ..default()
-    };
+    let only = |entity| ClipMesh { targets: ClipTargets::Only(vec![entity]), ..default() };
     let carver = scene.carve(Sphere::new(8.0), only(elsewhere), at(4.0));
     scene.headless.frame();
     scene.headless.frame();

@@ -7,9 +7,11 @@
 mod headless;
 
 mod assets;
+mod awkward;
 mod broken_files;
 mod drawing;
 mod exact;
+mod independence;
 mod lifecycle;
 mod oracle;
 mod readers;

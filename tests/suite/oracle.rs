@@ -32,11 +32,7 @@ impl Oracle {
                 let far = [0, 1, 2].map(|axis| (corner >> axis) & 1);
                 let index = [0, 1, 2].map(|axis| base[axis] as i64 + far[axis]);
                 let weight = |axis: usize| {
-                    if far[axis] == 1 {
-                        fraction[axis]
-                    } else {
-                        1.0 - fraction[axis]
-                    }
+                    if far[axis] == 1 { fraction[axis] } else { 1.0 - fraction[axis] }
                 };
                 weight(0) * weight(1) * weight(2) * self.at_voxel(index)
             })
@@ -87,11 +83,8 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
         let difference = (defined * 255.0 - *stored as f64).abs();
         assert!(difference <= 0.5 + 0.1, "opacity {defined}, stored {stored}");
     }
-    let oracle = Oracle {
-        dimensions,
-        opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(),
-        geometry,
-    };
+    let oracle =
+        Oracle { dimensions, opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(), geometry };
     let found = scene.occlusion();
     let (mut largest, mut squares) = (0f64, 0.0);
     let mut index = 0;
@@ -129,43 +122,24 @@ fn lao_is_as_defined_for_all_patterns() {
         RayPattern::Fibonacci(17),
     ];
     for pattern in patterns {
-        let occlusion = AmbientOcclusion {
-            pattern,
-            steps: 9,
-            step_mm: 1.0,
-        };
+        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: 1.0 };
         check(UVec3::new(15, 13, 10), DVec3::ONE, opaque_ramp(), occlusion);
     }
 }
 
 #[test]
 fn lao_is_as_defined_for_anisotropic_spacing_and_long_steps() {
-    let occlusion = AmbientOcclusion {
-        pattern: RayPattern::Fibonacci(26),
-        steps: 6,
-        step_mm: 1.7,
-    };
-    check(
-        UVec3::new(18, 11, 7),
-        DVec3::new(0.7, 1.1, 2.5),
-        translucent_ramp(),
-        occlusion,
-    );
+    let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: 1.7 };
+    check(UVec3::new(18, 11, 7), DVec3::new(0.7, 1.1, 2.5), translucent_ramp(), occlusion);
 }
 
 #[test]
 fn lao_is_as_defined_for_512_rays_no_steps_and_one_ray() {
     let size = UVec3::new(8, 7, 9);
-    for (pattern, steps) in [
-        (RayPattern::Sphere512, 5),
-        (RayPattern::Fibonacci(3), 0),
-        (RayPattern::Fibonacci(1), 4),
-    ] {
-        let occlusion = AmbientOcclusion {
-            pattern,
-            steps,
-            step_mm: 1.0,
-        };
+    for (pattern, steps) in
+        [(RayPattern::Sphere512, 5), (RayPattern::Fibonacci(3), 0), (RayPattern::Fibonacci(1), 4)]
+    {
+        let occlusion = AmbientOcclusion { pattern, steps, step_mm: 1.0 };
         check(size, DVec3::ONE, translucent_ramp(), occlusion);
     }
 }

@@ -79,16 +79,8 @@ fn real_volumes_are_as_other_readers_see_them() {
         let file = expected.file;
         let volume = read(&folder.join(file));
         let spacing = Vec3::from_array(expected.spacing);
-        assert_eq!(
-            volume.dimensions(),
-            UVec3::from_array(expected.dimensions),
-            "{file}"
-        );
-        assert!(
-            volume.spacing_mm().abs_diff_eq(spacing, 1e-5),
-            "{file}: {}",
-            volume.spacing_mm()
-        );
+        assert_eq!(volume.dimensions(), UVec3::from_array(expected.dimensions), "{file}");
+        assert!(volume.spacing_mm().abs_diff_eq(spacing, 1e-5), "{file}: {}", volume.spacing_mm());
         for (found, expected) in volume.range().into_iter().zip(expected.range) {
             assert!((found - expected).abs() < 1e-6, "{file}: {found}");
         }
@@ -129,11 +121,7 @@ fn float_volume_is_quantised_within_half_a_step() {
 fn axis_orders_show_the_same_head() {
     let Some(folder) = volumes() else { return };
     // Places in the patient, and the stored values that nibabel finds there.
-    let places = [
-        ([0.0, 10.0, 20.0], 201),
-        ([-20.0, -30.0, 10.0], 183),
-        ([30.0, 20.0, -10.0], 159),
-    ];
+    let places = [([0.0, 10.0, 20.0], 201), ([-20.0, -30.0, 10.0], 183), ([30.0, 20.0, -10.0], 159)];
     for order in ["RAS", "LPI", "ASR", "SAL"] {
         let volume = read(&folder.join(format!("cases/axis_orders/{order}.nii.gz")));
         for (place, stored) in places {
@@ -168,9 +156,7 @@ fn every_encoding_of_the_ball_is_the_same_volume() {
     let Some(folder) = volumes() else { return };
     let ball = |name: &str| {
         read(
-            &folder
-                .join("cases/nrrd/BallBinary30x30x30")
-                .with_file_name(format!("BallBinary30x30x30{name}")),
+            &folder.join("cases/nrrd/BallBinary30x30x30").with_file_name(format!("BallBinary30x30x30{name}")),
         )
     };
     let first = ball(".nrrd");
@@ -195,9 +181,9 @@ fn every_encoding_of_the_ball_is_the_same_volume() {
 #[test]
 fn every_number_type_reads_the_same() {
     let Some(folder) = volumes() else { return };
-    for name in [
-        "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64",
-    ] {
+    for name in
+        ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"]
+    {
         let volume = read(&folder.join(format!("cases/nifti/{name}.nii")));
         let values: Vec<f64> = (0..27u32)
             .map(|at| UVec3::new(at % 3, at / 3 % 3, at / 9))
@@ -222,10 +208,7 @@ fn every_case_has_its_outcome() {
         ("nifti/minimal_extended_hdr.nii", "dimensions"),
         ("nifti/avg152T1_LR_nifti.hdr.gz", "io"),
         ("nifti/crash-1.nii", "format"),
-        (
-            "nifti/crash-ed7d46344d7efb3b9f0c374d66d2e02f66cc447d.nii",
-            "format",
-        ),
+        ("nifti/crash-ed7d46344d7efb3b9f0c374d66d2e02f66cc447d.nii", "format"),
         ("nrrd/BallBinary30x30x30_bz2.nrrd", "encoding"),
         ("nrrd/BallBinary30x30x30_byteskip_minus_five.nhdr", "field"),
         ("nrrd/test1d_ascii.nrrd", "dimensions"),
@@ -264,11 +247,7 @@ fn crash_files_are_refused_under_every_name() {
         }
         let bytes = std::fs::read(&path).unwrap();
         for name in ["a.nii", "a.nii.gz", "a.hdr", "a.nrrd", "a.mha"] {
-            assert_eq!(
-                outcome(&scratch.write(name, &bytes)),
-                "format",
-                "{path:?} as {name}"
-            );
+            assert_eq!(outcome(&scratch.write(name, &bytes)), "format", "{path:?} as {name}");
         }
     }
 }

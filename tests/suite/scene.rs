@@ -40,13 +40,8 @@ pub fn volume_from(dimensions: UVec3, spacing: DVec3, value: impl Fn(DVec3) -> f
         }
     }
     let grid_to_patient = DAffine3::from_scale(spacing);
-    Volume::new(
-        dimensions,
-        grid_to_patient,
-        Intensities::U8(values),
-        Rescale::default(),
-    )
-    .expect("a valid volume")
+    Volume::new(dimensions, grid_to_patient, Intensities::U8(values), Rescale::default())
+        .expect("a valid volume")
 }
 
 /// Opaque from half the intensity range on.
@@ -93,15 +88,8 @@ impl TestScene {
         let camera = headless.camera();
         let world = headless.app.world_mut();
         let view = Vec3::new(0.6, 0.5, 1.2) * size * WORLD_UNITS_PER_MM;
-        let near = Projection::Perspective(PerspectiveProjection {
-            near: 1e-4,
-            ..default()
-        });
-        world.spawn((
-            camera,
-            near,
-            Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y),
-        ));
+        let near = Projection::Perspective(PerspectiveProjection { near: 1e-4, ..default() });
+        world.spawn((camera, near, Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y)));
         let volume = world.resource_mut::<Assets<Volume>>().add(volume);
         let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
         let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
@@ -119,31 +107,22 @@ impl TestScene {
     pub fn carve(&mut self, mesh: impl Into<Mesh>, clip_mesh: ClipMesh, transform_mm: Transform) -> Entity {
         let world = self.world();
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh.into());
-        world
-            .spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm)))
-            .id()
+        world.spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm))).id()
     }
 
     pub fn move_carver(&mut self, carver: Entity, transform_mm: Transform) {
-        self.world()
-            .entity_mut(carver)
-            .insert(in_world_units(transform_mm));
+        self.world().entity_mut(carver).insert(in_world_units(transform_mm));
     }
 
     pub fn set_mode(&mut self, mode: ShadingMode) {
         let volume = self.volume;
-        let mut shading = self
-            .world()
-            .get_mut::<VolumeShading>(volume)
-            .expect("the volume's shading");
+        let mut shading = self.world().get_mut::<VolumeShading>(volume).expect("the volume's shading");
         shading.mode = mode;
     }
 
     /// Runs frames until everything is computed.
     pub fn settle(&mut self) {
-        self.headless
-            .until_ready(self.volume)
-            .expect("the volume can be shown");
+        self.headless.until_ready(self.volume).expect("the volume can be shown");
     }
 
     pub fn occlusion(&self) -> Vec<u8> {

@@ -14,15 +14,9 @@ struct Entry {
 }
 
 const LIBRARIES: [(&str, &str); 3] = [
-    (
-        "volume_bindings.wgsl",
-        include_str!("../../src/render/volume_bindings.wgsl"),
-    ),
+    ("volume_bindings.wgsl", include_str!("../../src/render/volume_bindings.wgsl")),
     ("clip_test.wgsl", include_str!("../../src/render/clip_test.wgsl")),
-    (
-        "occlusion_pass.wgsl",
-        include_str!("../../src/render/occlusion_pass.wgsl"),
-    ),
+    ("occlusion_pass.wgsl", include_str!("../../src/render/occlusion_pass.wgsl")),
 ];
 
 const ENTRIES: [Entry; 4] = [
@@ -52,14 +46,9 @@ const ENTRIES: [Entry; 4] = [
 fn every_variant_composes_and_validates() {
     for entry in &ENTRIES {
         for chosen in 0..1u32 << entry.definitions.len() {
-            let names = entry
-                .definitions
-                .iter()
-                .enumerate()
-                .filter(|(bit, _)| chosen >> bit & 1 == 1);
-            let mut definitions: HashMap<String, ShaderDefValue> = names
-                .map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true)))
-                .collect();
+            let names = entry.definitions.iter().enumerate().filter(|(bit, _)| chosen >> bit & 1 == 1);
+            let mut definitions: HashMap<String, ShaderDefValue> =
+                names.map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true))).collect();
             definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
             if let Err(error) = compose(entry, definitions.clone()) {
                 panic!("{} with {definitions:?}: {error}", entry.name);

@@ -111,21 +111,12 @@ fn small_files_read_in_every_way_to_write_them() {
         }),
         ("text.nrrd", nrrd("encoding: ascii\n", text.as_bytes())),
         ("gz.nrrd", nrrd("encoding: gz\n", &gzip(&data))),
-        (
-            "members.nrrd",
-            nrrd("encoding: gzip\n", &[two_members, vec![0; 9]].concat()),
-        ),
+        ("members.nrrd", nrrd("encoding: gzip\n", &[two_members, vec![0; 9]].concat())),
         ("skip.nrrd", nrrd("line skip: 2\nbyte skip: 5\n", &with_junk)),
         ("end.nrrd", nrrd("byte skip: -1\n", &with_junk)),
-        (
-            "gzend.nrrd",
-            nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&with_junk)),
-        ),
+        ("gzend.nrrd", nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&with_junk))),
         ("axis.nrrd", nrrd("dimension: 4\nsizes: 1 2 3 4\n", &data)),
-        (
-            "last.nrrd",
-            nrrd("dimension: 4\nsizes: 2 3 4 1\nspacings: nan 1 1 1\n", &data),
-        ),
+        ("last.nrrd", nrrd("dimension: 4\nsizes: 2 3 4 1\nspacings: nan 1 1 1\n", &data)),
         ("a.nhdr", nrrd("data file: below/data.raw\n", &[])),
         ("a.mha", mha("", &data)),
         ("zlib.mha", mha("CompressedData = True\n", &zlib(&data))),
@@ -152,42 +143,23 @@ fn geometry_is_patient_millimetres() {
     let nifti = nifti(&[2, 3, 4], 2, &data);
     let files = [
         ("lps.nrrd", nrrd(lps, &data), [-11.0, -22.0, 33.0]),
-        (
-            "las.nrrd",
-            nrrd(&lps.replace("LPS", "left-anterior-superior"), &data),
-            [-11.0, 22.0, 33.0],
-        ),
-        (
-            "ras.nrrd",
-            nrrd(&lps.replace("LPS", "RAS"), &data),
-            [11.0, 22.0, 33.0],
-        ),
-        (
-            "no_space.nrrd",
-            nrrd("spacings: 1 2 nan\n", &data),
-            [1.0, 2.0, 1.0],
-        ),
+        ("las.nrrd", nrrd(&lps.replace("LPS", "left-anterior-superior"), &data), [-11.0, 22.0, 33.0]),
+        ("ras.nrrd", nrrd(&lps.replace("LPS", "RAS"), &data), [11.0, 22.0, 33.0]),
+        ("no_space.nrrd", nrrd("spacings: 1 2 nan\n", &data), [1.0, 2.0, 1.0]),
         ("lps.mha", mha(matrix, &data), [-11.0, -22.0, 33.0]),
         ("spacing.nii", nifti.clone(), [1.0, 2.0, 3.0]),
         ("metre.nii", with(nifti.clone(), 123, &[1]), [1e3, 2e3, 3e3]),
         // Half a turn around z, and the third axis reversed.
         (
             "qform.nii",
-            with(
-                with(with(nifti, 252, &[1]), 264, &1f32.to_le_bytes()),
-                76,
-                &(-1f32).to_le_bytes(),
-            ),
+            with(with(with(nifti, 252, &[1]), 264, &1f32.to_le_bytes()), 76, &(-1f32).to_le_bytes()),
             [-1.0, -2.0, -3.0],
         ),
     ];
     for (name, bytes, expected) in files {
         let volume = read(&scratch.write(name, &bytes));
         let place = volume.grid_to_patient().transform_point3(DVec3::ONE);
-        assert!(
-            place.abs_diff_eq(DVec3::from_array(expected), 1e-9),
-            "{name}: {place}"
-        );
+        assert!(place.abs_diff_eq(DVec3::from_array(expected), 1e-9), "{name}: {place}");
     }
 }
 
@@ -210,13 +182,7 @@ fn wide_numbers_keep_their_values() {
     let i32s = [1_000_000i32, 1_065_535].map(i32::to_le_bytes).concat();
     check("i32.nii", 8, &i32s, &[1e6, 1_065_535.0], 0.0);
     let i64s = [i64::MIN, 0, i64::MAX].map(i64::to_le_bytes).concat();
-    check(
-        "i64.nii",
-        1024,
-        &i64s,
-        &[-(2f64.powi(63)), 0.0, 2f64.powi(63)],
-        2f64.powi(48),
-    );
+    check("i64.nii", 1024, &i64s, &[-(2f64.powi(63)), 0.0, 2f64.powi(63)], 2f64.powi(48));
     let u64s = [0, u64::MAX].map(u64::to_le_bytes).concat();
     check("u64.nii", 1280, &u64s, &[0.0, 2f64.powi(64)], 2f64.powi(48));
     let f32s = [-0.5f32, 0.25, 1.5].map(f32::to_le_bytes).concat();
@@ -225,13 +191,7 @@ fn wide_numbers_keep_their_values() {
     check("one.nii", 64, &one, &[0.769; 2], 0.0);
     let far = [-8e307, 0.0, 8e307].map(f64::to_le_bytes).concat();
     check("far.nii", 64, &far, &[-8e307, 0.0, 8e307], 2e303);
-    let small = check(
-        "small.nii",
-        16,
-        &[7f32, 262.0].map(f32::to_le_bytes).concat(),
-        &[7.0, 262.0],
-        0.0,
-    );
+    let small = check("small.nii", 16, &[7f32, 262.0].map(f32::to_le_bytes).concat(), &[7.0, 262.0], 0.0);
     assert_eq!(small.intensities(), &Intensities::U8(vec![0, 255]));
     // A falling slope: the range is in order all the same.
     let falling = with(nifti(&[2, 1, 1], 2, &[0, 10]), 112, &(-2f32).to_le_bytes());

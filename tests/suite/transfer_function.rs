@@ -6,11 +6,7 @@ use bevy_contextual_ao::volume::{
 };
 
 fn point(value: f32, color: [f32; 3], opacity: f32) -> ControlPoint {
-    ControlPoint {
-        value,
-        color,
-        opacity,
-    }
+    ControlPoint { value, color, opacity }
 }
 
 fn volume(intensities: Intensities, rescale: Rescale) -> Volume {
@@ -21,10 +17,7 @@ fn volume(intensities: Intensities, rescale: Rescale) -> Volume {
 
 #[test]
 fn sampling_is_linear_between_points_and_constant_beyond() {
-    let points = vec![
-        point(20.0, [1.0, 0.5, 0.0], 1.0),
-        point(10.0, [0.0, 0.5, 1.0], 0.0),
-    ];
+    let points = vec![point(20.0, [1.0, 0.5, 0.0], 1.0), point(10.0, [0.0, 0.5, 1.0], 0.0)];
     let function = TransferFunction::new(points, 2.0).unwrap();
     assert_eq!(function.points[0].value, 10.0);
     for (value, expected) in [
@@ -48,12 +41,8 @@ fn sampling_is_linear_between_points_and_constant_beyond() {
 #[test]
 fn steps_have_two_sides() {
     let white = [1.0; 3];
-    let points = vec![
-        point(0.0, white, 0.0),
-        point(5.0, white, 0.0),
-        point(5.0, white, 1.0),
-        point(9.0, white, 1.0),
-    ];
+    let points =
+        vec![point(0.0, white, 0.0), point(5.0, white, 0.0), point(5.0, white, 1.0), point(9.0, white, 1.0)];
     let function = TransferFunction::new(points, 1.0).unwrap();
     assert_eq!(function.sample(4.999)[3], 0.0);
     assert_eq!(function.sample(5.0)[3], 1.0);
@@ -81,19 +70,12 @@ fn senseless_functions_are_refused() {
     }
     // Fields are public: what is not valid must not panic either.
     let unsorted = TransferFunction {
-        points: vec![
-            point(9.0, white, 1.0),
-            point(f32::NAN, white, 1.0),
-            point(1.0, white, 0.0),
-        ],
+        points: vec![point(9.0, white, 1.0), point(f32::NAN, white, 1.0), point(1.0, white, 0.0)],
         opacity_unit_distance_mm: 1.0,
     };
     assert!(unsorted.validate().is_err());
     unsorted.lookup_table([0.0, 10.0], 50);
-    let empty = TransferFunction {
-        points: vec![],
-        ..unsorted
-    };
+    let empty = TransferFunction { points: vec![], ..unsorted };
     assert_eq!(empty.sample(1.0), [0.0; 4]);
 }
 
@@ -130,10 +112,7 @@ fn slicer_properties_are_read() {
     let values: Vec<f32> = function.points.iter().map(|point| point.value).collect();
     let expected = [-3024.0, -86.9767, 45.3791, 139.919, 347.907, 1224.16, 3071.0];
     assert_eq!(values, expected);
-    assert_eq!(
-        function.points[3],
-        point(139.919, [1.0, 0.894_893, 0.894_893], 0.589_286)
-    );
+    assert_eq!(function.points[3], point(139.919, [1.0, 0.894_893, 0.894_893], 0.589_286));
 
     // Nodes of either function count: each gets the other's value there.
     let settings = "0\n1\n0.9\n0.1\n0.2\n10\n";
@@ -182,10 +161,7 @@ fn broken_slicer_properties_name_the_line() {
 #[test]
 fn the_default_parts_dark_from_bright() {
     let values = [[10u8; 50], [200; 50]].concat();
-    let rescale = Rescale {
-        slope: 2.0,
-        intercept: -1000.0,
-    };
+    let rescale = Rescale { slope: 2.0, intercept: -1000.0 };
     let function = TransferFunction::for_volume(&volume(Intensities::U8(values), rescale));
     function.validate().unwrap();
     assert_eq!(function.opacity_unit_distance_mm, 2.0);
@@ -203,10 +179,7 @@ fn the_default_parts_dark_from_bright() {
         let flat = volume(Intensities::U8(values), Rescale::default());
         TransferFunction::for_volume(&flat).validate().unwrap();
     }
-    let steep = Rescale {
-        slope: -1e300,
-        intercept: 0.0,
-    };
+    let steep = Rescale { slope: -1e300, intercept: 0.0 };
     let steep = volume(Intensities::U8(vec![0, 255]), steep);
     TransferFunction::for_volume(&steep).validate().unwrap();
 }

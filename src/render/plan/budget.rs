@@ -16,11 +16,7 @@ pub(crate) struct PrecomputeBudget {
 
 impl Default for PrecomputeBudget {
     fn default() -> Self {
-        Self {
-            samples: Self::LEAST,
-            last_frame: None,
-            shortest: Duration::MAX,
-        }
+        Self { samples: Self::LEAST, last_frame: None, shortest: Duration::MAX }
     }
 }
 
@@ -32,27 +28,36 @@ impl PrecomputeBudget {
     /// But no longer than this.
     const LONGEST: Duration = Duration::from_secs(1);
 
-    /// Bricks to cast this frame, at least one.
-    pub fn bricks(&mut self, samples_per_voxel: u64, now: Instant) -> u32 {
+    /// What this frame may compute, to be shared by all volumes.
+    pub fn share(&mut self, now: Instant) -> BudgetShare {
         if let Some(last) = self.last_frame.replace(now) {
             let frame = now.duration_since(last);
             self.shortest = self.shortest.min(frame);
             let allowed = Self::FRAME.max(2 * self.shortest).min(Self::LONGEST);
-            let samples = if frame < allowed {
-                self.samples * 2
-            } else {
-                self.samples / 2
-            };
+            let is_short = frame < allowed;
+            let samples = if is_short { self.samples * 2 } else { self.samples / 2 };
             self.samples = samples.clamp(Self::LEAST, Self::MOST);
         }
-        let per_brick = (samples_per_voxel * VOXELS_PER_BRICK).max(1);
-        (self.samples / per_brick).clamp(1, u32::MAX as u64) as u32
+        BudgetShare(self.samples)
     }
 
     /// To be called in frames that compute none: the time since then says nothing.
     pub fn pause(&mut self) {
         self.last_frame = None;
         self.shortest = Duration::MAX;
+    }
+}
+
+/// Samples that are left for this frame.
+pub(crate) struct BudgetShare(u64);
+
+impl BudgetShare {
+    /// Bricks that a volume may cast, of those that it `wants`: at least one.
+    pub fn take(&mut self, samples_per_voxel: u64, wants: u32) -> u32 {
+        let per_brick = samples_per_voxel.saturating_mul(VOXELS_PER_BRICK).max(1);
+        let bricks = (self.0 / per_brick).clamp(1, wants.max(1) as u64);
+        self.0 = self.0.saturating_sub(bricks.saturating_mul(per_brick));
+        bricks as u32
     }
 }
 
@@ -64,13 +69,23 @@ mod tests {
     fn the_budget_follows_the_frame_time() {
         let mut budget = PrecomputeBudget::default();
         let mut now = Instant::now();
-        let first = budget.bricks(520, now);
-        now += Duration::from_millis(10);
-        assert!(budget.bricks(520, now) > first, "short frames take more");
-        now += Duration::from_secs(3);
-        let long = budget.bricks(520, now);
-        now += Duration::from_secs(3);
-        assert!(budget.bricks(520, now) <= long, "long frames take less");
-        assert!(budget.bricks(u64::MAX / 64, now) >= 1, "there is always progress");
+        let mut frame = |ms| {
+            now += Duration::from_millis(ms);
+            budget.share(now).take(520, u32::MAX)
+        };
+        let first = frame(0);
+        let second = frame(10);
+        assert!(second > first, "a short frame is followed by more");
+        let third = frame(3000);
+        assert!(third < second, "a long one by less");
+    }
+
+    #[test]
+    fn volumes_share_the_budget_and_all_advance() {
+        let mut share = PrecomputeBudget::default().share(Instant::now());
+        let first = share.take(520, u32::MAX);
+        assert!(first > 1);
+        assert_eq!(share.take(520, u32::MAX), 1);
+        assert_eq!(share.take(u64::MAX, 5), 1);
     }
 }

@@ -12,6 +12,7 @@ pub(crate) use volumes::{VolumeJob, plan_volumes};
 use bevy::{platform::collections::HashMap, prelude::*};
 
 use super::{clip_depth::ClipDepthJob, clip_maps::DilationKey, dilate::DilateJob};
+use crate::clip::ClipFrame;
 
 /// The passes of this frame, in the order in which they are encoded.
 #[derive(Resource, Default)]
@@ -21,7 +22,9 @@ pub(crate) struct FramePlan {
     pub volumes: Vec<VolumeJob>,
     /// Carvers whose maps are there (or will be, when this frame's passes ran).
     pub carvers: HashMap<Entity, ReadyCarver>,
-    /// Counts frames in which maps were redrawn.
+    /// Some carver's mesh or pipelines are not there yet.
+    pub carvers_wait: bool,
+    /// Counts maps redrawn.
     pub maps_revision: u64,
     pub counts_work: bool,
     pub times_by_clock: bool,
@@ -31,5 +34,9 @@ pub(crate) struct FramePlan {
 #[derive(Clone, Copy)]
 pub(crate) struct ReadyCarver {
     pub slot: u32,
+    /// The view that its maps show.
+    pub frame: ClipFrame,
     pub dilation: DilationKey,
+    /// Tells these maps from all others.
+    pub revision: u64,
 }

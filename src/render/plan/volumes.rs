@@ -8,6 +8,8 @@ use bevy::{
     },
 };
 
+use std::time::Instant;
+
 use super::{
     FramePlan,
     budget::PrecomputeBudget,
@@ -74,23 +76,23 @@ pub(crate) fn plan_volumes(
     };
     let pipelines_ready = classify.is_ready(&cache) && ray_cast.is_ready(&cache);
     let mut progress = Vec::new();
+    let mut share = budget.share(Instant::now());
     let mut precomputes = false;
-    for volume in &scene.volumes {
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
         };
         resources.upload(volume, &device, &queue);
         let carvers = carvers_of(volume, &scene, &plan);
-        let table = CarverTable::from(&carvers[..]);
+        let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
         let carver_count = carvers.len() as u32;
-        let goal = Goal::of(volume, carvers, plan.maps_revision);
-        let work = if pipelines_ready {
-            resources.advance(volume, &goal, &mut budget)
-        } else {
-            default()
-        };
+        let goal = Goal::of(volume, carvers);
+        let work = if pipelines_ready { resources.advance(volume, &goal, &mut share) } else { default() };
         precomputes |= work.precompute.is_some();
-        progress.push((volume.entity.id(), resources.progress(&goal, volume)));
+        let done = resources.progress(&goal, volume);
+        // Until all carvers carve, nothing is final.
+        let done = if plan.carvers_wait || !pipelines_ready { done.min(0.999) } else { done };
+        progress.push((volume.entity.id(), done));
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
         let has_occlusion = resources.state.occlusion_for.is_some();
         let largest = resources.largest_stored;
@@ -122,21 +124,17 @@ pub(crate) fn plan_volumes(
     }
 }
 
-/// The carvers that act on a volume, as its shaders see them.
-fn carvers_of(volume: &ExtractedVolume, scene: &ExtractedScene, plan: &FramePlan) -> Vec<CarverUniform> {
-    let carving = scene
-        .carvers
-        .iter()
-        .filter(|carver| carver.clip_mesh.carves(volume.entity.id()));
+/// The carvers that act on a volume, as its shaders see them, with the revision of their maps.
+fn carvers_of(
+    volume: &ExtractedVolume,
+    scene: &ExtractedScene,
+    plan: &FramePlan,
+) -> Vec<(CarverUniform, u64)> {
+    let carving = scene.carvers.iter().filter(|carver| carver.clip_mesh.carves(volume.entity.id()));
     carving
         .filter_map(|carver| {
             let ready = plan.carvers.get(&carver.entity)?;
-            Some(CarverUniform::new(
-                carver,
-                volume,
-                ready.dilation.frame(),
-                ready.slot,
-            ))
+            Some((CarverUniform::new(carver, ready, volume), ready.revision))
         })
         .collect()
 }
@@ -171,23 +169,11 @@ impl Work {
         if self.precompute.is_none() && !self.classifies {
             return None;
         }
-        let pass = OcclusionPassUniform {
-            rays: self.rays,
-            steps: self.steps,
-            ..default()
-        };
+        let pass = OcclusionPassUniform { rays: self.rays, steps: self.steps, ..default() };
         if let Some((first_brick, end_brick, _)) = self.precompute {
-            volume.unclipped_pass.set(OcclusionPassUniform {
-                end_brick: self.volume_bricks,
-                ..pass
-            });
+            volume.unclipped_pass.set(OcclusionPassUniform { end_brick: self.volume_bricks, ..pass });
             volume.unclipped_pass.write_buffer(device, queue);
-            volume.precompute_pass.set(OcclusionPassUniform {
-                first_brick,
-                end_brick,
-                casts_all: 1,
-                ..pass
-            });
+            volume.precompute_pass.set(OcclusionPassUniform { first_brick, end_brick, casts_all: 1, ..pass });
             volume.precompute_pass.write_buffer(device, queue);
         }
         volume.carve_pass.set(OcclusionPassUniform {

@@ -1,9 +1,8 @@
 //! What one volume needs this frame, given what its textures hold.
 
 use bevy::prelude::*;
-use std::time::Instant;
 
-use super::budget::PrecomputeBudget;
+use super::budget::BudgetShare;
 use crate::render::{
     bricks::brick_count,
     extract::ExtractedVolume,
@@ -18,19 +17,10 @@ pub(super) struct Goal {
 }
 
 impl Goal {
-    pub fn of(volume: &ExtractedVolume, carvers: Vec<CarverUniform>, maps_revision: u64) -> Self {
-        let unclipped = UnclippedKey {
-            table_revision: volume.table.revision,
-            occlusion: volume.occlusion.clone(),
-        };
-        Self {
-            opacities: OpacityKey::Clipped {
-                unclipped: unclipped.clone(),
-                maps_revision: if carvers.is_empty() { 0 } else { maps_revision },
-                carvers,
-            },
-            unclipped,
-        }
+    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>) -> Self {
+        let unclipped =
+            UnclippedKey { table_revision: volume.table.revision, occlusion: volume.occlusion.clone() };
+        Self { opacities: OpacityKey::Clipped { unclipped: unclipped.clone(), carvers }, unclipped }
     }
 
     /// What the drawn occlusion is of, once it is computed.
@@ -74,12 +64,7 @@ impl VolumeResources {
     }
 
     /// Decides this frame's passes, and records their outcome: once planned, they run.
-    pub(super) fn advance(
-        &mut self,
-        volume: &ExtractedVolume,
-        goal: &Goal,
-        budget: &mut PrecomputeBudget,
-    ) -> Work {
+    pub(super) fn advance(&mut self, volume: &ExtractedVolume, goal: &Goal, share: &mut BudgetShare) -> Work {
         let mode = volume.shading.mode;
         let state = &mut self.state;
         let mut work = Work {
@@ -98,7 +83,7 @@ impl VolumeResources {
                 let per_voxel = work.rays as u64 * work.steps.max(1) as u64;
                 let first = state.bricks_done;
                 let end = first
-                    .saturating_add(budget.bricks(per_voxel, Instant::now()))
+                    .saturating_add(share.take(per_voxel, work.volume_bricks - first))
                     .min(work.volume_bricks);
                 let unclipped = OpacityKey::Unclipped(goal.unclipped.clone());
                 let classifies = state.opacities_for.as_ref() != Some(&unclipped);

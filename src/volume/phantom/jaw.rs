@@ -6,11 +6,7 @@ use bevy::math::{Vec2, Vec3};
 /// Distance to the curve of the dental arch, seen from above.
 fn arch_curve(p: Vec2, centre_y: f32, radii: Vec2) -> f32 {
     let p = p - Vec2::new(0.0, centre_y);
-    if p.y > 0.0 {
-        ellipse(p, radii).abs()
-    } else {
-        (p - Vec2::new(radii.x, 0.0)).length()
-    }
+    if p.y > 0.0 { ellipse(p, radii).abs() } else { (p - Vec2::new(radii.x, 0.0)).length() }
 }
 
 /// Rounded ridge along the teeth, `half` thick, between two heights.
@@ -33,9 +29,7 @@ pub(super) fn mandible(q: Vec3) -> f32 {
     let condyle = capsule(q, (at(50.0, -1.0, -32.0), 4.0), (at(52.0, -2.0, -18.0), 5.0));
     let coronoid = capsule(q, (at(49.0, 13.0, -34.0), 5.0), (at(50.0, 17.0, -17.0), 2.5));
     let d = smooth_union(body, dental_arch(q, 4.8, -70.0, -58.0), 6.0);
-    [chin, ramus, condyle, coronoid]
-        .into_iter()
-        .fold(d, |d, part| smooth_union(d, part, 5.0))
+    [chin, ramus, condyle, coronoid].into_iter().fold(d, |d, part| smooth_union(d, part, 5.0))
 }
 
 /// Distance to the teeth, (position along the arch, height) marking each of them.

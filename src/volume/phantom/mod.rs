@@ -84,11 +84,7 @@ pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
             });
         }
     });
-    HeadPhantom {
-        dimensions,
-        spacing_mm,
-        values,
-    }
+    HeadPhantom { dimensions, spacing_mm, values }
 }
 
 /// What is needed to compute the value of any voxel.

@@ -47,10 +47,7 @@ pub(super) fn capsule(p: Vec3, start: (Vec3, f32), end: (Vec3, f32)) -> f32 {
 
 /// Distance to the outline of a smooth tube through `points`, all of them (position, radius).
 pub(super) fn tube(p: Vec3, points: &[(Vec3, f32)]) -> f32 {
-    points
-        .windows(2)
-        .map(|pair| capsule(p, pair[0], pair[1]))
-        .fold(f32::MAX, f32::min)
+    points.windows(2).map(|pair| capsule(p, pair[0], pair[1])).fold(f32::MAX, f32::min)
 }
 
 /// Union whose crease is filled with a fillet of about `k` millimetres.
@@ -72,11 +69,7 @@ pub(super) fn smooth_cut(a: f32, cut: f32, k: f32) -> f32 {
 /// Periodic wave like `sin(2 pi t)`, made of parabolas.
 pub(super) fn wave(t: f32) -> f32 {
     let f = t - t.floor();
-    if f < 0.5 {
-        16.0 * f * (0.5 - f)
-    } else {
-        -16.0 * (f - 0.5) * (1.0 - f)
-    }
+    if f < 0.5 { 16.0 * f * (0.5 - f) } else { -16.0 * (f - 0.5) * (1.0 - f) }
 }
 
 /// Smooth step from 0 at `low` to 1 at `high`.
@@ -108,9 +101,7 @@ pub(super) fn noise(p: Vec3, seed: u32) -> f32 {
         let h = (cell.x + dx) as u32;
         let h = hash(h.wrapping_mul(0x9e37_79b1) ^ seed);
         let h = h ^ ((cell.y + dy) as u32).wrapping_mul(0x85eb_ca77);
-        signed_unit(hash(
-            h.wrapping_add(((cell.z + dz) as u32).wrapping_mul(0xc2b2_ae3d)),
-        ))
+        signed_unit(hash(h.wrapping_add(((cell.z + dz) as u32).wrapping_mul(0xc2b2_ae3d))))
     };
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
     let row = |dy, dz| mix(corner(0, dy, dz), corner(1, dy, dz), f.x);

@@ -74,14 +74,8 @@ const LID_LINE: [(Vec3, f32); 5] = [
 
 /// Adds the nose to `d`.
 fn nose(q: Vec3, d: f32) -> f32 {
-    let ridge = tube(
-        q,
-        &[
-            (at(0.0, 74.0, 20.0), 5.0),
-            (at(0.0, 80.0, 2.0), 6.0),
-            (at(0.0, 90.5, -22.0), 7.5),
-        ],
-    );
+    let ridge =
+        tube(q, &[(at(0.0, 74.0, 20.0), 5.0), (at(0.0, 80.0, 2.0), 6.0), (at(0.0, 90.5, -22.0), 7.5)]);
     let wing = ellipsoid(q, at(10.0, 82.0, -26.5), at(6.5, 9.0, 6.5));
     let side = capsule(q, (at(5.0, 76.0, 4.0), 5.0), (at(10.0, 78.0, -24.0), 6.0));
     let d = smooth_union(smooth_union(d, side, 9.0), ridge, 7.0);
@@ -92,14 +86,8 @@ fn nose(q: Vec3, d: f32) -> f32 {
 fn mouth(q: Vec3, d: f32) -> f32 {
     // The lips follow the curve of the teeth behind them.
     let bent = at(q.x, q.y + 0.016 * q.x * q.x, q.z);
-    let upper = tube(
-        bent,
-        &[
-            (at(0.0, 77.5, -44.6), 4.6),
-            (at(6.0, 78.0, -43.8), 4.8),
-            (at(23.0, 75.0, -48.0), 2.2),
-        ],
-    );
+    let upper =
+        tube(bent, &[(at(0.0, 77.5, -44.6), 4.6), (at(6.0, 78.0, -43.8), 4.8), (at(23.0, 75.0, -48.0), 2.2)]);
     let lower = capsule(bent, (at(0.0, 76.6, -52.6), 5.4), (at(20.0, 75.0, -49.2), 2.2));
     let cleft = capsule(bent, (at(0.0, 83.5, -48.6), 1.9), (at(20.0, 79.5, -48.6), 1.2));
     let philtrum = capsule(q, (at(0.0, 86.0, -34.0), 2.2), (at(0.0, 84.5, -40.0), 2.2));
@@ -149,13 +137,7 @@ pub(super) fn air(q: Vec3, skin: f32) -> f32 {
     let palate_gap = ellipsoid(q, at(0.0, 38.0, -40.0), at(17.0, 23.0, 2.4));
     let canal = tube(
         q,
-        &[
-            (at(74.0, -14.0, -7.0), 3.2),
-            (at(62.0, -13.0, -10.0), 2.8),
-            (at(46.0, -10.0, -11.0), 2.4),
-        ],
+        &[(at(74.0, -14.0, -7.0), 3.2), (at(62.0, -13.0, -10.0), 2.8), (at(46.0, -10.0, -11.0), 2.4)],
     );
-    [nasal, nostril, throat, palate_gap, canal, skull::sinuses(q)]
-        .into_iter()
-        .fold(f32::MAX, f32::min)
+    [nasal, nostril, throat, palate_gap, canal, skull::sinuses(q)].into_iter().fold(f32::MAX, f32::min)
 }

@@ -55,11 +55,7 @@ pub(super) fn bone(q: Vec3, cavity: f32) -> f32 {
     let d = smooth_cut(solid, orbit(q), 3.0);
     let d = smooth_cut(d, nasal_cavity(q), 2.0);
     let d = smooth_cut(d, sinuses(q) - 0.5, 1.0);
-    let d = d.max(-capsule(
-        q,
-        (at(80.0, -15.0, -7.0), 4.0),
-        (at(46.0, -10.0, -11.0), 3.5),
-    ));
+    let d = d.max(-capsule(q, (at(80.0, -15.0, -7.0), 4.0), (at(46.0, -10.0, -11.0), 3.5)));
     // The brain case stays closed above the eyes and the nose.
     let d = d.min(cavity - 2.4);
     d.min(septum(q)).min(mandible(q)).min(vertebrae(q))
@@ -80,11 +76,7 @@ fn suture(q: Vec3) -> f32 {
     }
     let wiggle = 2.2 * noise(q / 5.0, 21);
     let coronal = (q.y - 22.0 + 0.25 * q.x + wiggle).abs();
-    let sagittal = if q.y < 22.0 && q.y > -70.0 {
-        (q.x + wiggle).abs()
-    } else {
-        f32::MAX
-    };
+    let sagittal = if q.y < 22.0 && q.y > -70.0 { (q.x + wiggle).abs() } else { f32::MAX };
     let lambdoid = (q.y + 70.0 - 0.45 * q.x + 0.4 * (q.z - 60.0) + wiggle).abs();
     let nearest = coronal.min(sagittal).min(lambdoid);
     1.1 * ramp(1.7, 0.3, nearest) * ramp(30.0, 45.0, q.z)
@@ -97,9 +89,7 @@ fn skull_base(q: Vec3) -> f32 {
     let mastoid = capsule(q, (at(54.0, -24.0, -12.0), 9.0), (at(52.0, -21.0, -32.0), 6.5));
     let condyle = capsule(q, (at(15.0, -30.0, -24.0), 6.0), (at(14.0, -34.0, -33.0), 5.0));
     let plate = capsule(q, (at(13.0, 16.0, -8.0), 4.0), (at(14.0, 18.0, -38.0), 3.0));
-    [petrous, mastoid, condyle, plate]
-        .into_iter()
-        .fold(sphenoid, |d, part| smooth_union(d, part, 5.0))
+    [petrous, mastoid, condyle, plate].into_iter().fold(sphenoid, |d, part| smooth_union(d, part, 5.0))
 }
 
 /// Brow, maxilla, nasal bones and the cheek bones with their arches.
@@ -117,14 +107,8 @@ fn upper_face(q: Vec3) -> f32 {
         ],
     );
     let lower_rim = capsule(q, (at(44.0, 47.0, -10.0), 8.0), (at(22.0, 60.0, -9.0), 5.5));
-    let nasal_bone = tube(
-        q,
-        &[
-            (at(0.0, 63.0, 24.0), 8.0),
-            (at(0.0, 69.0, 13.0), 6.5),
-            (at(0.0, 74.0, 3.0), 5.0),
-        ],
-    );
+    let nasal_bone =
+        tube(q, &[(at(0.0, 63.0, 24.0), 8.0), (at(0.0, 69.0, 13.0), 6.5), (at(0.0, 74.0, 3.0), 5.0)]);
     let frontal_process = capsule(q, (at(9.0, 66.0, 12.0), 4.0), (at(17.0, 63.0, -20.0), 5.0));
     let arch = tube(
         q,
@@ -138,18 +122,9 @@ fn upper_face(q: Vec3) -> f32 {
     let cheek = capsule(q, (at(20.0, 58.0, -22.0), 7.0), (at(40.0, 48.0, -14.0), 8.0));
     let ethmoid = ellipsoid(q, at(0.0, 46.0, 6.0), at(15.0, 25.0, 20.0));
     let alveolus = dental_arch(q, 5.5, -43.0, -30.0);
-    [
-        brow,
-        lower_rim,
-        nasal_bone,
-        frontal_process,
-        arch,
-        cheek,
-        ethmoid,
-        alveolus,
-    ]
-    .into_iter()
-    .fold(maxilla, |d, part| smooth_union(d, part, 4.0))
+    [brow, lower_rim, nasal_bone, frontal_process, arch, cheek, ethmoid, alveolus]
+        .into_iter()
+        .fold(maxilla, |d, part| smooth_union(d, part, 4.0))
 }
 
 /// Distance to the eye socket, a cone that narrows backwards and towards the middle.
@@ -200,7 +175,5 @@ fn vertebrae(q: Vec3) -> f32 {
     let spine = capsule(local, (at(0.0, -50.0, 0.0), 3.6), (at(0.0, -67.0, -4.0), 3.6));
     let transverse = capsule(local, (at(13.0, -28.0, 0.0), 4.6), (at(27.0, -30.0, -2.0), 3.4));
     let head = sphere(local, at(15.0, -38.0, 0.0), 6.0);
-    [ring, spine, transverse, head]
-        .into_iter()
-        .fold(body, |d, part| smooth_union(d, part, 3.0))
+    [ring, spine, transverse, head].into_iter().fold(body, |d, part| smooth_union(d, part, 3.0))
 }

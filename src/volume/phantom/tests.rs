@@ -41,10 +41,7 @@ fn contains_all_tissues() {
 
 #[test]
 fn skull_encloses_the_brain() {
-    let scene = Scene {
-        voxel: 1.0,
-        vessels: Vessels::new(0.7),
-    };
+    let scene = Scene { voxel: 1.0, vessels: Vessels::new(0.7) };
     let centre = Vec3::new(3.0, -12.0, 44.0);
     let (mut hits, mut rays) = (0, 0);
     for i in 0..200_u8 {
@@ -60,10 +57,7 @@ fn skull_encloses_the_brain() {
 
 #[test]
 fn brain_is_folded_and_split() {
-    let scene = Scene {
-        voxel: 1.0,
-        vessels: Vessels::new(0.7),
-    };
+    let scene = Scene { voxel: 1.0, vessels: Vessels::new(0.7) };
     // The fissure between the hemispheres is fluid, and brain lies on both sides.
     for y in [-30.0, 0.0, 25.0] {
         assert!(scene.value(Vec3::new(0.0, y, 80.0)) < 15.0);

@@ -14,9 +14,7 @@ pub(super) struct Vessels {
 impl Vessels {
     /// Grows the vessels, none of them with a radius below `thinnest`.
     pub(super) fn new(thinnest: f32) -> Self {
-        let mut vessels = Self {
-            tubes: Tubes::new(thinnest),
-        };
+        let mut vessels = Self { tubes: Tubes::new(thinnest) };
         for side in [-1.0, 1.0] {
             vessels.neck_arteries(side);
             vessels.brain_arteries(side);
@@ -58,15 +56,10 @@ impl Vessels {
 
     /// The basilar artery and the sinus along the middle of the vault.
     fn basilar_and_midline(&mut self) {
-        let basilar = [
-            (at(0.0, -8.0, -4.0), 2.1),
-            (at(0.0, -3.0, 10.0), 2.1),
-            (at(0.0, -2.0, 23.0), 2.0),
-        ];
+        let basilar = [(at(0.0, -8.0, -4.0), 2.1), (at(0.0, -3.0, 10.0), 2.1), (at(0.0, -2.0, 23.0), 2.0)];
         self.tubes.path(1.0, &basilar);
         // Front communicating artery closes the circle of Willis.
-        self.tubes
-            .add((at(-4.0, 19.0, 28.0), 1.4), (at(4.0, 19.0, 28.0), 1.4));
+        self.tubes.add((at(-4.0, 19.0, 28.0), 1.4), (at(4.0, 19.0, 28.0), 1.4));
         let sinus: Vec<_> = [
             (54.0, 50.0),
             (52.0, 78.0),
@@ -89,8 +82,7 @@ impl Vessels {
     fn brain_arteries(&mut self, side: f32) {
         let carotid_end = (at(9.0, 8.0, 26.0), 2.2);
         let basilar_end = (at(0.0, -2.0, 23.0), 2.0);
-        self.tubes
-            .path(side, &[carotid_end, (at(7.0, 3.0, 25.0), 1.3), basilar_end]);
+        self.tubes.path(side, &[carotid_end, (at(7.0, 3.0, 25.0), 1.3), basilar_end]);
         let posterior = [
             basilar_end,
             (at(10.0, -4.0, 24.0), 1.9),
@@ -120,17 +112,10 @@ impl Vessels {
         let end = mirror(middle[4].0, side);
         let seed = if side < 0.0 { 100 } else { 200 };
         // The branches of the middle cerebral artery fan out over the outside of the cortex.
-        for (i, (y, z)) in [
-            (0.9, 0.5),
-            (0.6, 1.2),
-            (0.0, 1.0),
-            (-0.7, 0.9),
-            (-1.0, 0.35),
-            (-0.7, -0.5),
-            (0.4, -0.9),
-        ]
-        .into_iter()
-        .enumerate()
+        for (i, (y, z)) in
+            [(0.9, 0.5), (0.6, 1.2), (0.0, 1.0), (-0.7, 0.9), (-1.0, 0.35), (-0.7, -0.5), (0.4, -0.9)]
+                .into_iter()
+                .enumerate()
         {
             self.grow(Tip {
                 position: end,
@@ -141,15 +126,8 @@ impl Vessels {
             });
         }
         // The anterior artery's branches climb over the edge of the hemisphere.
-        for (i, (y, z)) in [
-            (50.0, 70.0),
-            (28.0, 98.0),
-            (0.0, 106.0),
-            (-34.0, 102.0),
-            (-62.0, 88.0),
-        ]
-        .into_iter()
-        .enumerate()
+        for (i, (y, z)) in
+            [(50.0, 70.0), (28.0, 98.0), (0.0, 106.0), (-34.0, 102.0), (-62.0, 88.0)].into_iter().enumerate()
         {
             let start = on_cavity(at(7.0 * side, y, z), -2.0);
             self.grow(Tip {
@@ -186,13 +164,7 @@ impl Vessels {
         let end = mirror(external[5].0, side);
         for (i, (y, z)) in [(0.7, 0.8), (-0.4, 1.0)].into_iter().enumerate() {
             let seed = hash(300 + i as u32 + if side < 0.0 { 10 } else { 0 });
-            self.grow(Tip {
-                position: end,
-                towards: at(0.0, y, z),
-                radius: 1.3,
-                level: 7.2,
-                seed,
-            });
+            self.grow(Tip { position: end, towards: at(0.0, y, z), radius: 1.3, level: 7.2, seed });
         }
     }
 

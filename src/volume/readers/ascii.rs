@@ -6,19 +6,11 @@ use crate::volume::error::VolumeError;
 /// The voxels' bytes, little-endian, of numbers written as text, separated by white space or commas.
 pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeError> {
     let ByteSkip::FromStart(skip) = header.byte_skip else {
-        return Err(VolumeError::field(
-            "byte skip",
-            -1,
-            "text cannot be read from its end",
-        ));
+        return Err(VolumeError::field("byte skip", -1, "text cannot be read from its end"));
     };
-    let text = usize::try_from(skip)
-        .ok()
-        .and_then(|skip| data.get(skip..))
-        .unwrap_or(&[]);
-    let words = text
-        .split(|&byte| byte.is_ascii_whitespace() || byte == b',')
-        .filter(|word| !word.is_empty());
+    let text = usize::try_from(skip).ok().and_then(|skip| data.get(skip..)).unwrap_or(&[]);
+    let words =
+        text.split(|&byte| byte.is_ascii_whitespace() || byte == b',').filter(|word| !word.is_empty());
     let expected = header.data_bytes();
     let count = usize::try_from(expected / header.scalar.bytes()).unwrap_or(usize::MAX);
     let mut voxels = Vec::new();
@@ -33,10 +25,7 @@ pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeE
     }
     let found_bytes = voxels.len() as u64;
     if found_bytes < expected {
-        return Err(VolumeError::Truncated {
-            expected_bytes: expected,
-            found_bytes,
-        });
+        return Err(VolumeError::Truncated { expected_bytes: expected, found_bytes });
     }
     Ok(voxels)
 }

@@ -36,16 +36,8 @@ pub(crate) fn decode(header: &GridHeader, bytes: &[u8]) -> Result<Volume, Volume
     let stored = store(header.scalar, big_endian, voxels)?;
     // file units = slope * (step * stored + base) + intercept
     let Rescale { slope, intercept } = header.rescale;
-    let rescale = Rescale {
-        slope: slope * stored.step,
-        intercept: slope * stored.base + intercept,
-    };
-    Volume::new(
-        header.dimensions,
-        header.grid_to_patient,
-        stored.intensities,
-        rescale,
-    )
+    let rescale = Rescale { slope: slope * stored.step, intercept: slope * stored.base + intercept };
+    Volume::new(header.dimensions, header.grid_to_patient, stored.intensities, rescale)
 }
 
 /// The bytes from `offset` on, less the lines that the header says to skip.
@@ -60,10 +52,7 @@ fn skip_lines<'a>(bytes: &'a [u8], offset: usize, header: &GridHeader) -> Result
 }
 
 fn truncated(expected_bytes: u64, found: usize) -> VolumeError {
-    VolumeError::Truncated {
-        expected_bytes,
-        found_bytes: found as u64,
-    }
+    VolumeError::Truncated { expected_bytes, found_bytes: found as u64 }
 }
 
 /// Whether uncompressed data happen to begin with gzip's three bytes: only then is a separate file
@@ -79,14 +68,11 @@ fn raw<'a>(header: &GridHeader, data: &'a [u8]) -> Result<&'a [u8], VolumeError>
     let expected = header.data_bytes();
     let skip = match header.byte_skip {
         ByteSkip::FromStart(skip) => skip,
-        ByteSkip::FromEnd => (data.len() as u64)
-            .checked_sub(expected)
-            .ok_or_else(|| truncated(expected, data.len()))?,
+        ByteSkip::FromEnd => {
+            (data.len() as u64).checked_sub(expected).ok_or_else(|| truncated(expected, data.len()))?
+        }
     };
-    let rest = usize::try_from(skip)
-        .ok()
-        .and_then(|skip| data.get(skip..))
-        .unwrap_or(&[]);
+    let rest = usize::try_from(skip).ok().and_then(|skip| data.get(skip..)).unwrap_or(&[]);
     usize::try_from(expected)
         .ok()
         .and_then(|expected| rest.get(..expected))
@@ -109,10 +95,7 @@ fn inflate(header: &GridHeader, mut stream: impl Read) -> Result<Vec<u8>, Volume
         }
         ByteSkip::FromEnd => loop {
             // Only the last bytes count, so only about twice as many are ever kept.
-            let result = stream
-                .by_ref()
-                .take(expected.max(1 << 16))
-                .read_to_end(&mut voxels);
+            let result = stream.by_ref().take(expected.max(1 << 16)).read_to_end(&mut voxels);
             // The last bytes of a stream that is cut off are not the data's.
             let Some(read) = damaged_unless_short(result)? else {
                 let reason = "the compressed stream is cut off".into();
@@ -137,9 +120,7 @@ fn damaged_unless_short<T>(result: io::Result<T>) -> Result<Option<T>, VolumeErr
         Ok(read) => Ok(Some(read)),
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(None),
         Err(error) if error.kind() == io::ErrorKind::OutOfMemory => Err(VolumeError::Io(error)),
-        Err(error) => Err(VolumeError::Damaged {
-            reason: error.to_string(),
-        }),
+        Err(error) => Err(VolumeError::Damaged { reason: error.to_string() }),
     }
 }
 
@@ -151,9 +132,7 @@ pub(super) struct Members<'a> {
 
 impl<'a> Members<'a> {
     pub(super) fn new(data: &'a [u8]) -> Self {
-        Self {
-            member: GzDecoder::new(data),
-        }
+        Self { member: GzDecoder::new(data) }
     }
 }
 
@@ -176,11 +155,7 @@ fn store(scalar: ScalarType, big_endian: bool, voxels: Cow<'_, [u8]>) -> Result<
     macro_rules! numbers {
         ($number:ty) => {
             voxels.as_chunks().0.iter().map(|&bytes| {
-                if big_endian {
-                    <$number>::from_be_bytes(bytes)
-                } else {
-                    <$number>::from_le_bytes(bytes)
-                }
+                if big_endian { <$number>::from_be_bytes(bytes) } else { <$number>::from_le_bytes(bytes) }
             })
         };
     }

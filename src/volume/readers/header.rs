@@ -115,19 +115,14 @@ impl GridHeader {
 
 /// The grid's size, if there are three axes of sensible length.
 pub(crate) fn checked_dimensions(sizes: &[u64]) -> Result<UVec3, VolumeError> {
-    let error = |reason: String| VolumeError::Dimensions {
-        sizes: sizes.to_vec(),
-        reason,
-    };
+    let error = |reason: String| VolumeError::Dimensions { sizes: sizes.to_vec(), reason };
     let &[x, y, z] = sizes else {
         return Err(error("three are needed".into()));
     };
     let axis = |size: u64| match u32::try_from(size) {
         Ok(0) => Err(error("a dimension is zero".into())),
         Ok(fits) if size <= MAX_AXIS => Ok(fits),
-        _ => Err(error(format!(
-            "at most {MAX_AXIS} voxels along an axis can be read"
-        ))),
+        _ => Err(error(format!("at most {MAX_AXIS} voxels along an axis can be read"))),
     };
     let dimensions = UVec3::new(axis(x)?, axis(y)?, axis(z)?);
     // Three factors below 2^16 cannot overflow.

@@ -97,9 +97,7 @@ impl Fields {
         }
         let fields = Self { fields, end };
         if !fields.fields.iter().any(is_signature) {
-            return Err(VolumeError::NotThisFormat {
-                expected: "a MetaImage file",
-            });
+            return Err(VolumeError::NotThisFormat { expected: "a MetaImage file" });
         }
         Ok(fields)
     }
@@ -107,22 +105,16 @@ impl Fields {
     /// The value of a field, in whatever case its name is written.
     fn get(&self, name: &str) -> Option<&str> {
         let mut found = self.fields.iter().rev();
-        found
-            .find(|(field, _)| field.eq_ignore_ascii_case(name))
-            .map(|(_, value)| value.as_str())
+        found.find(|(field, _)| field.eq_ignore_ascii_case(name)).map(|(_, value)| value.as_str())
     }
 
     fn required(&self, name: &'static str) -> Result<&str, VolumeError> {
-        self.get(name)
-            .ok_or_else(|| VolumeError::field(name, "", "the field is missing"))
+        self.get(name).ok_or_else(|| VolumeError::field(name, "", "the field is missing"))
     }
 
     /// The first of the names that there is, as so many numbers.
     fn numbers<const N: usize>(&self, names: &[&'static str]) -> Result<Option<[f64; N]>, VolumeError> {
-        names
-            .iter()
-            .find_map(|name| self.get(name).map(|text| parse_array(name, text)))
-            .transpose()
+        names.iter().find_map(|name| self.get(name).map(|text| parse_array(name, text))).transpose()
     }
 
     fn number(&self, name: &'static str, default: f64) -> Result<f64, VolumeError> {
@@ -131,9 +123,7 @@ impl Fields {
 
     /// The first of the names that there is, as truth value.
     fn flag(&self, names: &[&'static str]) -> Result<Option<bool>, VolumeError> {
-        let Some((name, text)) = names
-            .iter()
-            .find_map(|name| self.get(name).map(|text| (*name, text)))
+        let Some((name, text)) = names.iter().find_map(|name| self.get(name).map(|text| (*name, text)))
         else {
             return Ok(None);
         };
@@ -168,11 +158,7 @@ impl Fields {
         match text.parse::<i64>() {
             Ok(-1) => Ok(ByteSkip::FromEnd),
             Ok(skip) if skip >= 0 => Ok(ByteSkip::FromStart(skip.unsigned_abs())),
-            _ => Err(VolumeError::field(
-                "HeaderSize",
-                text,
-                "not a number of bytes, or -1",
-            )),
+            _ => Err(VolumeError::field("HeaderSize", text, "not a number of bytes, or -1")),
         }
     }
 

@@ -74,14 +74,8 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
                 .find(|ending| lower.ends_with(ending))
                 .and_then(|ending| name.get(..name.len() - ending.len()))
                 .unwrap_or(&name);
-            let endings = if gzip {
-                [".img.gz", ".img"]
-            } else {
-                [".img", ".img.gz"]
-            };
-            endings
-                .map(|ending| header_path.with_file_name(format!("{stem}{ending}")))
-                .to_vec()
+            let endings = if gzip { [".img.gz", ".img"] } else { [".img", ".img.gz"] };
+            endings.map(|ending| header_path.with_file_name(format!("{stem}{ending}"))).to_vec()
         }
     }
 }
@@ -97,10 +91,7 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
 /// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic,
 /// or take more memory than the file's data, decompressed, need.
 pub fn read_volume_file(path: &Path) -> Result<Volume, VolumeFileError> {
-    let at = |path: &Path, cause: VolumeError| VolumeFileError {
-        path: path.to_owned(),
-        cause,
-    };
+    let at = |path: &Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
     let of_header = |cause| at(path, cause);
     let format = Format::of(path).map_err(of_header)?;
     let bytes = std::fs::read(path).map_err(|error| of_header(error.into()))?;

@@ -25,9 +25,7 @@ const FIRST_DATA_BYTE: u64 = 352;
 /// not of one number per voxel.
 pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
     let start = header_bytes(bytes)?;
-    let not_nifti = VolumeError::NotThisFormat {
-        expected: "a NIfTI-1 file",
-    };
+    let not_nifti = VolumeError::NotThisFormat { expected: "a NIfTI-1 file" };
     // The crate takes the byte order from the number of dimensions; the header's own size, which it
     // does not look at, must agree.
     let size = start.first_chunk().copied().unwrap_or_default();
@@ -36,10 +34,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
         return Err(VolumeError::field("sizeof_hdr", 540, reason));
     }
     if (start.len() as u64) < HEADER_BYTES {
-        return Err(VolumeError::Truncated {
-            expected_bytes: HEADER_BYTES,
-            found_bytes: start.len() as u64,
-        });
+        return Err(VolumeError::Truncated { expected_bytes: HEADER_BYTES, found_bytes: start.len() as u64 });
     }
     let Ok(header) = NiftiHeader::from_reader(start.as_ref()) else {
         return Err(not_nifti);
@@ -55,11 +50,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
         encoding: Encoding::RawOrGzip,
         grid_to_patient: grid_to_patient(&header)?,
         rescale: rescale(&header)?,
-        data: if attached {
-            DataLocation::Attached { offset: 0 }
-        } else {
-            DataLocation::NiftiPair
-        },
+        data: if attached { DataLocation::Attached { offset: 0 } } else { DataLocation::NiftiPair },
         line_skip: 0,
         byte_skip: ByteSkip::FromStart(data_offset(&header, attached)?),
     }
@@ -74,35 +65,29 @@ fn header_bytes(bytes: &[u8]) -> Result<Cow<'_, [u8]>, VolumeError> {
     }
     let mut start = Vec::new();
     match Members::new(bytes).take(HEADER_BYTES).read_to_end(&mut start) {
-        Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => Err(VolumeError::Damaged {
-            reason: error.to_string(),
-        }),
+        Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Err(VolumeError::Damaged { reason: error.to_string() })
+        }
         _ => Ok(Cow::Owned(start)),
     }
 }
 
 /// The three sizes, if all axes beyond the third have size one.
 fn sizes(header: &NiftiHeader) -> Result<Vec<u64>, VolumeError> {
-    let error = |reason: String| VolumeError::Dimensions {
-        sizes: header.dim.map(u64::from).to_vec(),
-        reason,
-    };
+    let error =
+        |reason: String| VolumeError::Dimensions { sizes: header.dim.map(u64::from).to_vec(), reason };
     // Sizes are signed in the format; the crate reads them unsigned.
     if let Some(size) = header.dim.iter().find(|&&size| size > i16::MAX as u16) {
         return Err(error(format!("{} is negative", *size as i16)));
     }
     let count = usize::from(header.dim[0]);
     if !(3..=7).contains(&count) {
-        return Err(error(format!(
-            "the image has {count} dimensions, three are needed"
-        )));
+        return Err(error(format!("the image has {count} dimensions, three are needed")));
     }
     let (space, rest) = header.dim[1..=count].split_at(3);
     let volumes: u64 = rest.iter().map(|&size| u64::from(size.max(1))).product();
     if volumes != 1 {
-        return Err(error(format!(
-            "the image has {count} dimensions with {volumes} volumes, one is needed"
-        )));
+        return Err(error(format!("the image has {count} dimensions with {volumes} volumes, one is needed")));
     }
     Ok(space.iter().map(|&size| size.into()).collect())
 }
@@ -136,11 +121,7 @@ fn data_offset(header: &NiftiHeader, attached: bool) -> Result<u64, VolumeError>
         // Some programs leave it at zero.
         (true, 0) if attached => Ok(FIRST_DATA_BYTE),
         (true, bytes) if !attached || bytes >= FIRST_DATA_BYTE => Ok(bytes),
-        _ => Err(VolumeError::field(
-            "vox_offset",
-            offset,
-            "not the place of data after the header",
-        )),
+        _ => Err(VolumeError::field("vox_offset", offset, "not the place of data after the header")),
     }
 }
 
@@ -162,11 +143,7 @@ fn grid_to_patient(header: &NiftiHeader) -> Result<DAffine3, VolumeError> {
         DAffine3::from_cols(column(0), column(1), column(2), column(3))
     } else {
         let spacing = spacing(header)?;
-        if header.qform_code > 0 {
-            qform(header, spacing)?
-        } else {
-            DAffine3::from_scale(spacing)
-        }
+        if header.qform_code > 0 { qform(header, spacing)? } else { DAffine3::from_scale(spacing) }
     };
     let to_millimetres = match header.xyzt_to_space() {
         Ok(Unit::Meter) => 1e3,
@@ -183,11 +160,7 @@ fn spacing(header: &NiftiHeader) -> Result<DVec3, VolumeError> {
     if spacing.is_finite() && spacing.cmpgt(DVec3::ZERO).all() {
         return Ok(spacing);
     }
-    Err(VolumeError::field(
-        "pixdim",
-        format!("{x} {y} {z}"),
-        "spacings must be finite and not zero",
-    ))
+    Err(VolumeError::field("pixdim", format!("{x} {y} {z}"), "spacings must be finite and not zero"))
 }
 
 /// The rotation that a quaternion gives, with the third axis reversed where `pixdim[0]` is negative.
@@ -196,11 +169,7 @@ fn qform(header: &NiftiHeader, spacing: DVec3) -> Result<DAffine3, VolumeError> 
     let square = b * b + c * c + d * d;
     // Three rounded floats may be a little longer than one; normalising is what the standard does.
     if square.is_nan() || square > 1.01 {
-        return Err(VolumeError::field(
-            "quatern",
-            format!("{b} {c} {d}"),
-            "not part of a unit quaternion",
-        ));
+        return Err(VolumeError::field("quatern", format!("{b} {c} {d}"), "not part of a unit quaternion"));
     }
     let a = (1.0 - square).max(0.0).sqrt();
     let rotation = DMat3::from_quat(DQuat::from_xyzw(b, c, d, a).normalize());

@@ -96,14 +96,8 @@ impl Fields {
                 reason: format!("the array has {count} dimensions, three are needed"),
             });
         }
-        let mut axes: Vec<Axis> = sizes
-            .into_iter()
-            .map(|size| Axis {
-                size,
-                spacing: None,
-                direction: None,
-            })
-            .collect();
+        let mut axes: Vec<Axis> =
+            sizes.into_iter().map(|size| Axis { size, spacing: None, direction: None }).collect();
         let per_axis = |field, text: &str, count: usize| {
             let count = format!("{count} values are given");
             Err(VolumeError::field(field, text, count))
@@ -236,11 +230,7 @@ fn flips(space: &str) -> Result<(bool, bool), VolumeError> {
         // Not the patient's but the scanner's axes, or no one's: taken as they are.
         "scanner-xyz" | "3d-right-handed" | "3d-left-handed" => (false, false),
         _ => {
-            return Err(VolumeError::field(
-                "space",
-                space,
-                "not a known space of three dimensions",
-            ));
+            return Err(VolumeError::field("space", space, "not a known space of three dimensions"));
         }
     })
 }

@@ -26,16 +26,11 @@ pub(super) struct Fields {
 impl Fields {
     /// The fields, and where the bytes after the header begin.
     pub(super) fn read(bytes: &[u8]) -> Result<(Self, usize), VolumeError> {
-        let not_nrrd = VolumeError::NotThisFormat {
-            expected: "a NRRD file of version 1 to 5",
-        };
+        let not_nrrd = VolumeError::NotThisFormat { expected: "a NRRD file of version 1 to 5" };
         let Some((magic, mut at)) = next_line(bytes, 0) else {
             return Err(not_nrrd);
         };
-        if !matches!(
-            magic.trim_ascii_end(),
-            [b'N', b'R', b'R', b'D', b'0', b'0', b'0', b'1'..=b'5']
-        ) {
+        if !matches!(magic.trim_ascii_end(), [b'N', b'R', b'R', b'D', b'0', b'0', b'0', b'1'..=b'5']) {
             return Err(not_nrrd);
         }
         let mut fields = Self::default();
@@ -100,8 +95,7 @@ impl Fields {
     /// A skip's number; zero where it is not given.
     pub(super) fn number(&self, field: &'static str, text: Option<&str>) -> Result<i64, VolumeError> {
         let text = text.unwrap_or("0");
-        text.parse()
-            .map_err(|_| VolumeError::field(field, text, "not a whole number"))
+        text.parse().map_err(|_| VolumeError::field(field, text, "not a whole number"))
     }
 }
 
@@ -128,10 +122,7 @@ pub(super) fn vectors(field: &'static str, text: &str) -> Result<Vec<Option<DVec
         }
         let inside = rest.strip_prefix('(').ok_or_else(error)?;
         let (inside, after) = inside.split_once(')').ok_or_else(error)?;
-        let numbers: Option<Vec<f64>> = inside
-            .split(',')
-            .map(|number| number.trim().parse().ok())
-            .collect();
+        let numbers: Option<Vec<f64>> = inside.split(',').map(|number| number.trim().parse().ok()).collect();
         let numbers: [f64; 3] = numbers.and_then(|n| n.try_into().ok()).ok_or_else(error)?;
         let unknown = numbers.iter().all(|number| number.is_nan());
         vectors.push((!unknown).then_some(DVec3::from_array(numbers)));

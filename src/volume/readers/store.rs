@@ -13,19 +13,14 @@ pub(super) struct Stored {
 impl Stored {
     /// Values that are the file's numbers less `base`, exactly.
     pub(super) fn exactly(intensities: Intensities, base: i32) -> Self {
-        Self {
-            intensities,
-            step: 1.0,
-            base: base.into(),
-        }
+        Self { intensities, step: 1.0, base: base.into() }
     }
 }
 
 /// Stores integers exactly where their range allows it, else in 65536 equal steps.
 pub(super) fn store_integers(values: impl Iterator<Item = i128> + Clone) -> Stored {
-    let (low, high) = values.clone().fold((i128::MAX, i128::MIN), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+    let (low, high) =
+        values.clone().fold((i128::MAX, i128::MIN), |(low, high), value| (low.min(value), high.max(value)));
     // The values come from at most 64 bits, so no difference overflows.
     let width = high.saturating_sub(low);
     let (intensities, step) = if width <= 0xff {
@@ -36,16 +31,10 @@ pub(super) fn store_integers(values: impl Iterator<Item = i128> + Clone) -> Stor
         (Intensities::U16(values), 1.0)
     } else {
         let scale = 65_535.0 / width as f64;
-        let values = values
-            .map(|value| ((value - low) as f64 * scale).round() as u16)
-            .collect();
+        let values = values.map(|value| ((value - low) as f64 * scale).round() as u16).collect();
         (Intensities::U16(values), width as f64 / 65_535.0)
     };
-    Stored {
-        intensities,
-        step,
-        base: low as f64,
-    }
+    Stored { intensities, step, base: low as f64 }
 }
 
 /// Stores whole numbers exactly where their range allows it, else in 65536 equal steps.
@@ -72,11 +61,7 @@ pub(super) fn store_floats(values: impl Iterator<Item = f64> + Clone) -> Result<
         } else {
             Intensities::U16(values.map(|value| (value - low) as u16).collect())
         };
-        return Ok(Stored {
-            intensities,
-            step: 1.0,
-            base: low,
-        });
+        return Ok(Stored { intensities, step: 1.0, base: low });
     }
     // Infinite where the values span more than a double can: such a volume is refused when it is made.
     let width = high - low;
@@ -89,12 +74,6 @@ pub(super) fn store_floats(values: impl Iterator<Item = f64> + Clone) -> Result<
             base: low,
         });
     }
-    let values = values
-        .map(|value| ((value - low) / width * 65_535.0).round() as u16)
-        .collect();
-    Ok(Stored {
-        intensities: Intensities::U16(values),
-        step,
-        base: low,
-    })
+    let values = values.map(|value| ((value - low) / width * 65_535.0).round() as u16).collect();
+    Ok(Stored { intensities: Intensities::U16(values), step, base: low })
 }
