@@ -80,16 +80,28 @@ impl<'a> Measurement<'a> {
     }
 
     fn run(mut self, mode: ShadingMode, pattern: RayPattern) -> Result<serde_json::Value, String> {
-        self.set_mode(mode);
+        // What recomputes everything in every frame has nothing to get ready.
+        self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
         self.set_pattern(pattern);
         self.headless.until_ready(self.scene.volume)?;
+        self.set_mode(mode);
         let mut times = Vec::new();
-        for frame in 0..self.options.warmup + self.options.frames {
-            let measured = self.measure_frame(frame);
-            if frame >= self.options.warmup {
-                times.push(measured);
+        let (first, last) = (self.options.warmup, self.options.warmup + self.options.frames);
+        for frame in 0..last {
+            let total = self.carve_frame(frame);
+            times.push(FrameTimes { total, ..default() });
+            // What passes took is known one frame later.
+            if let Some(before) = frame.checked_sub(1) {
+                self.read_pass_times(&mut times[before as usize], mode);
             }
         }
+        if let Some(latest) = times.last_mut() {
+            self.set_mode(ShadingMode::Solid);
+            self.headless.frame();
+            self.set_mode(mode);
+            self.read_pass_times(latest, mode);
+        }
+        times.drain(..first as usize);
         let work = self.count_work();
         let image = self.headless.image();
         // The same pose, everything recomputed.
@@ -146,19 +158,20 @@ impl<'a> Measurement<'a> {
         }
     }
 
-    fn measure_frame(&mut self, frame: u32) -> FrameTimes {
+    /// Milliseconds of a frame in which the carver moved.
+    fn carve_frame(&mut self, frame: u32) -> f64 {
         self.move_carver(frame);
         let begin = Instant::now();
         self.headless.frame();
-        let total = begin.elapsed().as_secs_f64() * 1e3;
-        let is_cast = self.mode().uses_occlusion();
-        let is_clipped = is_cast || self.mode().uses_light();
-        FrameTimes {
-            total,
-            clip: if is_clipped { self.headless.pass_ms(SPAN_CLASSIFY) } else { 0.0 },
-            cast: if is_cast { self.headless.pass_ms(SPAN_RAY_CAST) } else { 0.0 },
-            draw: latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0),
-        }
+        begin.elapsed().as_secs_f64() * 1e3
+    }
+
+    fn read_pass_times(&self, times: &mut FrameTimes, mode: ShadingMode) {
+        let is_cast = mode.uses_occlusion();
+        let is_clipped = is_cast || mode.uses_light();
+        times.clip = if is_clipped { self.headless.pass_ms(SPAN_CLASSIFY) } else { 0.0 };
+        times.cast = if is_cast { self.headless.pass_ms(SPAN_RAY_CAST) } else { 0.0 };
+        times.draw = latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0);
     }
 
     fn mode(&self) -> ShadingMode {

@@ -7,7 +7,6 @@ use bevy::{
         renderer::{RenderDevice, RenderQueue},
     },
 };
-
 use std::time::Instant;
 
 use super::{
@@ -19,7 +18,7 @@ use crate::{
     diagnostics::ReportChannel,
     render::{
         classify::ClassifyPipeline,
-        clip_maps::ClipMaps,
+        clip_maps::{ClipMaps, ClipTextures},
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
         ray_cast::{RayCastPipeline, RayCastTarget},
@@ -157,7 +156,7 @@ impl Work {
     fn bind(
         self,
         volume: &mut VolumeResources,
-        clip: &crate::render::clip_maps::ClipTextures,
+        clip: &ClipTextures,
         formats: &Formats,
         classify: &ClassifyPipeline,
         ray_cast: &RayCastPipeline,
