@@ -13,17 +13,13 @@ use bevy_contextual_ao::{
 
 use crate::{
     headless::Headless,
-    scene::{IMAGE, TestScene, folded_volume, opaque_ramp},
+    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(24, 22, 20);
 
-fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(8), steps: 4, step_mm: 1.0 }
-}
-
 fn scene() -> TestScene {
-    TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), occlusion(), ShadingMode::Cao)
+    TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), few_rays(), ShadingMode::Cao)
 }
 
 fn place(x: f32) -> Transform {
@@ -115,7 +111,7 @@ fn a_step_in_the_transfer_function_has_two_sides() {
         Intensities::U8(values) => values.iter().map(|&value| if value >= 100 { 255 } else { 0 }).collect(),
         Intensities::U16(_) => unreachable!("the test volume has 8 bits"),
     };
-    let mut scene = TestScene::new(volume, step, occlusion(), ShadingMode::Cao);
+    let mut scene = TestScene::new(volume, step, few_rays(), ShadingMode::Cao);
     scene.settle();
     let wrong = scene.opacities().iter().zip(&expected).filter(|(a, b)| a != b).count();
     assert_eq!(wrong, 0);
@@ -162,7 +158,7 @@ fn meshes_that_cannot_carve_are_reported_once() {
     let mut scene = TestScene::with(
         folded_volume(SIZE, DVec3::ONE),
         opaque_ramp(),
-        occlusion(),
+        few_rays(),
         ShadingMode::Cao,
         |app| {
             app.init_resource::<Reasons>().add_observer(
@@ -227,7 +223,7 @@ fn one_head_in_eight_axis_orders_looks_the_same() {
             }
             let grid = base_grid * base_from_stored;
             let stored = Volume::new(size, grid, Intensities::U8(values), Rescale::default()).expect("valid");
-            let mut scene = TestScene::new(stored, opaque_ramp(), occlusion(), ShadingMode::Cao);
+            let mut scene = TestScene::new(stored, opaque_ramp(), few_rays(), ShadingMode::Cao);
             let volume = scene.volume;
             scene.world().get_mut::<VolumeShading>(volume).expect("shading").jitter = false;
             scene.settle();

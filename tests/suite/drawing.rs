@@ -9,15 +9,11 @@ use std::path::Path;
 
 use crate::{
     headless::Headless,
-    scene::{IMAGE, TestScene, folded_volume, opaque_ramp, translucent_ramp, volume_from},
+    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp, volume_from},
 };
 
-fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 4, step_mm: 1.0 }
-}
-
 fn scene(function: TransferFunction) -> TestScene {
-    TestScene::new(folded_volume(UVec3::splat(24), DVec3::ONE), function, occlusion(), ShadingMode::Cao)
+    TestScene::new(folded_volume(UVec3::splat(24), DVec3::ONE), function, few_rays(), ShadingMode::Cao)
 }
 
 fn pixels(image: &[u8], matches: impl Fn(&[u8]) -> bool) -> usize {
@@ -66,7 +62,7 @@ fn opaque_meshes_hide_and_are_hidden() {
 #[test]
 fn the_camera_may_be_inside() {
     let hollow = volume_from(UVec3::splat(24), DVec3::ONE, |p| (p.length() - 0.6) * 6.0);
-    let mut scene = TestScene::new(hollow, opaque_ramp(), occlusion(), ShadingMode::Cao);
+    let mut scene = TestScene::new(hollow, opaque_ramp(), few_rays(), ShadingMode::Cao);
     scene.settle();
     let outside = scene.headless.image();
     let camera = camera(&mut scene);
@@ -132,7 +128,7 @@ fn a_hole_has_no_ghost_and_no_halo() {
     };
     // Axis 1 of the grid is the front of the volume: z. The cut is in the middle between two voxels.
     let shade = |volume: Volume, carves: bool| {
-        let mut scene = TestScene::new(volume, opaque_ramp(), occlusion(), ShadingMode::Cao);
+        let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
         if carves {
             scene.carve(
                 Cuboid::new(60.0, 60.0, 20.0),

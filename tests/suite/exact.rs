@@ -4,18 +4,14 @@
 use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
-use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 /// A category byte of a clipped voxel, whose value no renderer reads.
 const CLIPPED: u8 = 0;
 
-fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(14), steps: 6, step_mm: 1.0 }
-}
-
 fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
     let volume = folded_volume(UVec3::new(34, 29, 26), spacing);
-    TestScene::new(volume, function, occlusion(), ShadingMode::Cao)
+    TestScene::new(volume, function, few_rays(), ShadingMode::Cao)
 }
 
 fn torus() -> Mesh {
@@ -101,7 +97,7 @@ fn several_carvers_and_probing_are_exact() {
 fn no_drawn_point_reads_a_clipped_voxel() {
     let volume = folded_volume(UVec3::new(34, 29, 26), DVec3::ONE);
     let geometry = VolumeGeometry::of(&volume);
-    let mut scene = TestScene::new(volume, opaque_ramp(), occlusion(), ShadingMode::Cao);
+    let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
     let center = Vec3::new(3.0, 2.0, 4.0);
     let (ring, tube) = (9.0, 3.5);
     scene.carve(torus(), ClipMesh::default(), Transform::from_translation(center));

@@ -4,15 +4,11 @@
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::SPAN_PRECOMPUTE, prelude::*, render::VolumeTexture};
 
-use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
-
-fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: 1.0 }
-}
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 fn scene() -> TestScene {
     let volume = folded_volume(UVec3::new(28, 25, 23), DVec3::ONE);
-    TestScene::new(volume, translucent_ramp(), occlusion(), ShadingMode::Cao)
+    TestScene::new(volume, translucent_ramp(), few_rays(), ShadingMode::Cao)
 }
 
 /// Occlusion of the voxels that can be read, the others as 0.

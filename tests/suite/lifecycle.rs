@@ -6,16 +6,12 @@ use bevy_contextual_ao::{
     prelude::*,
 };
 
-use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 
-fn occlusion() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: 1.0 }
-}
-
 fn scene() -> TestScene {
-    TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), occlusion(), ShadingMode::Cao)
+    TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), few_rays(), ShadingMode::Cao)
 }
 
 fn at(x: f32) -> Transform {
@@ -55,6 +51,22 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     scene.headless.frame();
     scene.headless.frame();
     assert_eq!(scene.status().passes.jobs(SPAN_DEPTH), moved.jobs(SPAN_DEPTH) + 1);
+}
+
+#[test]
+fn a_carve_is_complete_in_the_frame_of_the_move() {
+    let mut scene = scene();
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    scene.settle();
+    let before = scene.headless.image();
+    for x in [1.0, -2.0, 3.0] {
+        scene.move_carver(carver, at(x));
+        scene.headless.frame();
+        let (image, occlusion) = (scene.headless.image(), scene.occlusion());
+        assert!(image != before, "the move does not show");
+        scene.headless.frame();
+        assert!(scene.headless.image() == image && scene.occlusion() == occlusion, "it was not complete");
+    }
 }
 
 #[test]
@@ -116,7 +128,7 @@ fn carvers_that_move_and_go_leave_nothing_behind() {
 #[test]
 fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
     let other = || folded_volume(UVec3::new(19, 30, 17), DVec3::new(1.2, 0.8, 1.1));
-    let mut fresh = TestScene::new(other(), translucent_ramp(), occlusion(), ShadingMode::Cao);
+    let mut fresh = TestScene::new(other(), translucent_ramp(), few_rays(), ShadingMode::Cao);
     fresh.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
     fresh.settle();
 
@@ -205,7 +217,7 @@ fn progress_can_be_watched_and_ends_with_an_event() {
     let mut scene = TestScene::with(
         folded_volume(SIZE, DVec3::ONE),
         opaque_ramp(),
-        occlusion(),
+        few_rays(),
         ShadingMode::Cao,
         |app| {
             app.init_resource::<Occluded>()

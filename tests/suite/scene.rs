@@ -54,6 +54,11 @@ pub fn translucent_ramp() -> TransferFunction {
     TransferFunction::ramp(10.0, 240.0, 0.35, [0.6, 0.8, 0.9]).expect("a valid ramp")
 }
 
+/// Few and short rays: quick on a software driver.
+pub fn few_rays() -> AmbientOcclusion {
+    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: 1.0 }
+}
+
 /// A headless app with one volume and a camera.
 pub struct TestScene {
     pub headless: Headless,
