@@ -11,7 +11,7 @@ use bevy::{
 use super::VolumeMaterial;
 use crate::{
     clip::{ClipCapacity, ClipMesh, ClipSettings},
-    volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
+    volume::{LookupTable, Volume3d, VolumeGeometry},
 };
 
 /// What the box and the material of a volume were made for.
@@ -26,17 +26,16 @@ pub(super) struct Visuals {
 /// textures that the material binds are new.
 pub(super) fn attach_visuals(
     mut commands: Commands,
-    volumes: Query<(Entity, &Volume3d, &LookupTable, Option<&Visuals>)>,
+    volumes: Query<(Entity, &LookupTable, Option<&Visuals>), With<Volume3d>>,
     carvers: Query<(), With<ClipMesh>>,
     clip_settings: Res<ClipSettings>,
     mut capacity: ResMut<ClipCapacity>,
-    assets: Res<Assets<Volume>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
     let clip_capacity = ClipCapacity::for_carvers(carvers.iter().len());
     capacity.set_if_neq(clip_capacity);
-    for (entity, volume, table, current) in &volumes {
+    for (entity, table, current) in &volumes {
         let visuals = Visuals {
             volume_revision: table.volume_revision,
             clip_capacity,
@@ -45,12 +44,9 @@ pub(super) fn attach_visuals(
         if current == Some(&visuals) {
             continue;
         }
-        let Some(volume) = assets.get(&volume.0) else {
-            continue;
-        };
         commands.entity(entity).try_insert((
             visuals,
-            Mesh3d(meshes.add(box_mesh(&VolumeGeometry::of(volume)))),
+            Mesh3d(meshes.add(box_mesh(&table.geometry))),
             MeshMaterial3d(materials.add(VolumeMaterial { volume: entity })),
             NotShadowCaster,
             NotShadowReceiver,
