@@ -7,11 +7,15 @@ use bevy::{
     asset::{AssetEventSystems, embedded_asset},
     pbr::MaterialPlugin,
     prelude::*,
+    render::{Render, RenderApp, erased_render_asset::prepare_erased_assets},
 };
 
 pub use volume_material::VolumeMaterial;
 
-use crate::{render::DeviceSupport, volume::VolumeSystems};
+use crate::{
+    render::{DeviceSupport, VolumeResourceSystems},
+    volume::VolumeSystems,
+};
 
 /// Registers the material and gives it to every volume.
 pub(crate) struct VolumeMaterialPlugin;
@@ -29,5 +33,9 @@ impl Plugin for VolumeMaterialPlugin {
                 .after(VolumeSystems::Bake)
                 .before(AssetEventSystems),
         );
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            let prepare_materials = prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>;
+            render_app.configure_sets(Render, VolumeResourceSystems.before(prepare_materials));
+        }
     }
 }

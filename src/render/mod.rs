@@ -24,7 +24,6 @@ use bevy::{
     prelude::*,
     render::{
         ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
-        erased_render_asset::prepare_erased_assets,
         init_gpu_resource,
         render_asset::{RenderAssetPlugin, prepare_assets},
         render_resource::SpecializedRenderPipelines,
@@ -33,11 +32,15 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::{diagnostics::ReportChannel, material::VolumeMaterial};
+use crate::diagnostics::ReportChannel;
 
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
 pub use volume_store::{VolumeStore, VolumeTexture};
+
+/// Where, in the render world, what stays on the device is made: whatever binds it comes after.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct VolumeResourceSystems;
 
 /// Stands in both worlds where the device has what the passes need.
 #[derive(Resource)]
@@ -85,8 +88,8 @@ impl Plugin for OcclusionRenderPlugin {
                 (
                     volume_store::prepare_resources
                         .in_set(RenderSystems::PrepareAssets)
-                        .after(prepare_assets::<gpu_volume::GpuVolume>)
-                        .before(prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>),
+                        .in_set(VolumeResourceSystems)
+                        .after(prepare_assets::<gpu_volume::GpuVolume>),
                     (plan::plan_carvers, plan::plan_volumes).chain().in_set(RenderSystems::PrepareResources),
                 )
                     .run_if(resource_exists::<DeviceSupport>),
