@@ -9,6 +9,8 @@ use bevy::{
 };
 use std::sync::{Arc, Mutex};
 
+/// Counting the surfaces of carvers whose mesh changed (before step II).
+pub const SPAN_COUNT: &str = "contextual_ao/count_surfaces";
 /// Rendering the depth maps of carvers that changed (step II).
 pub const SPAN_DEPTH: &str = "contextual_ao/clip_depth";
 /// Computing the dilation maps of carvers that changed (step III).
@@ -20,7 +22,8 @@ pub const SPAN_PRECOMPUTE: &str = "contextual_ao/precompute";
 /// Casting rays of voxels affected by clipping (step V).
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
 /// All passes before drawing.
-pub const SPANS: [&str; 5] = [SPAN_DEPTH, SPAN_DILATE, SPAN_CLASSIFY, SPAN_PRECOMPUTE, SPAN_RAY_CAST];
+pub const SPANS: [&str; 6] =
+    [SPAN_COUNT, SPAN_DEPTH, SPAN_DILATE, SPAN_CLASSIFY, SPAN_PRECOMPUTE, SPAN_RAY_CAST];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
@@ -71,12 +74,33 @@ pub struct GpuUsage {
     pub bytes: u64,
 }
 
+impl core::ops::Add for GpuUsage {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { textures: self.textures + other.textures, bytes: self.bytes + other.bytes }
+    }
+}
+
 /// What the render world reports to the main world.
 #[derive(Default)]
 pub(crate) struct Report {
     pub progress: Vec<(Entity, f32)>,
     pub usage: GpuUsage,
     pub passes: PassLog,
+    /// Layers that the carvers' meshes need in all.
+    pub layers_wanted: u32,
+    /// Carvers whose meshes have more layers than they get.
+    pub cut_off: Vec<CutOff>,
+}
+
+/// A carver whose mesh has more layers than it gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CutOff {
+    pub entity: Entity,
+    pub mesh: AssetId<Mesh>,
+    pub has_layers: u32,
+    pub gets_layers: u32,
 }
 
 /// Times every pass by the clock while `true`, waiting for the device after each.

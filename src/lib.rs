@@ -38,7 +38,9 @@ pub use plugin::ContextualAoPlugin;
 pub mod prelude {
     pub use crate::{
         ContextualAoPlugin,
-        clip::{ClipMesh, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets},
+        clip::{
+            ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
+        },
         occlusion::{AmbientOcclusion, RayPattern, ShadingMode, VolumeShading},
         volume::{
             ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBundle, VolumeFailed,

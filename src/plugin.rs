@@ -6,8 +6,8 @@ use bevy::{
 };
 
 use crate::{
-    clip::ClipPlugin,
-    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
+    clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
+    diagnostics::{CountWork, CutOff, RenderStatus, ReportChannel, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, OcclusionRenderPlugin},
@@ -59,7 +59,7 @@ fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     let needed = [
         ("compute workgroups of 64 invocations", limits.max_compute_invocations_per_workgroup, 64),
         ("2 storage textures per stage", limits.max_storage_textures_per_shader_stage, 2),
-        ("10 KiB uniform buffers", limits.max_uniform_buffer_binding_size as u32, 10_240),
+        ("14 KiB uniform buffers", limits.max_uniform_buffer_binding_size as u32, 14_336),
     ];
     match needed.iter().find(|(_, has, needs)| has < needs) {
         Some((what, has, _)) => Err(format!("{what} (it has {has})")),
@@ -67,18 +67,30 @@ fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     }
 }
 
-/// Takes over what the render world reports, and tells volumes that became complete.
+/// Takes over what the render world reports, and tells volumes that became complete and carvers
+/// whose meshes are cut off.
 fn receive_report(
     mut commands: Commands,
     channel: Res<ReportChannel>,
     mut status: ResMut<RenderStatus>,
     mut volumes: Query<&mut OcclusionProgress>,
+    mut layers_wanted: ResMut<LayersWanted>,
+    mut cut_off: Local<Vec<CutOff>>,
 ) {
     let Ok(mut report) = channel.0.lock() else {
         return;
     };
     let new = RenderStatus { usage: report.usage, passes: report.passes };
     status.set_if_neq(new);
+    layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));
+    if *cut_off != report.cut_off {
+        for &CutOff { entity, mesh, has_layers, gets_layers } in
+            report.cut_off.iter().filter(|new| !cut_off.contains(new))
+        {
+            commands.trigger(ClipMeshCutOff { entity, mesh, has_layers, gets_layers });
+        }
+        cut_off.clone_from(&report.cut_off);
+    }
     for (entity, progress) in report.progress.drain(..) {
         let Ok(mut current) = volumes.get_mut(entity) else {
             continue;

@@ -34,14 +34,18 @@ pub struct Arguments {
     transfer_function: Option<PathBuf>,
 }
 
-/// Where the generated head lies.
-const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets");
 const BACKGROUND: Color = Color::srgb(0.09, 0.095, 0.105);
 /// Where the camera stands at first, around the volume: to its left and a little above, radians.
 const FIRST_YAW: f32 = 0.55;
 const FIRST_PITCH: f32 = 0.25;
 /// The nearest visible point, metres.
 const NEAR: f32 = 0.005;
+
+/// Where the generated head lies: in the project's folder, which need not be where it was built.
+fn assets_folder() -> String {
+    let project = std::env::var("CARGO_MANIFEST_DIR");
+    format!("{}/assets", project.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")))
+}
 
 fn main() -> AppExit {
     let arguments = Arguments::parse();
@@ -52,7 +56,7 @@ fn main() -> AppExit {
         .add_plugins(
             DefaultPlugins
                 .set(AssetPlugin {
-                    file_path: ASSETS.into(),
+                    file_path: assets_folder(),
                     // Files named on the command line lie anywhere.
                     unapproved_path_mode: UnapprovedPathMode::Allow,
                     ..default()

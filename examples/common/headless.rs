@@ -28,7 +28,12 @@ use bevy_contextual_ao::{
     prelude::*,
     render::{VolumeStore, VolumeTexture},
 };
-use std::path::Path;
+use std::path::PathBuf;
+
+/// The folder of this project: where Cargo runs it, which need not be where it was built.
+pub fn project_folder() -> PathBuf {
+    std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into()).into()
+}
 
 /// The app and the image that it renders into.
 pub struct Headless {
@@ -54,10 +59,7 @@ impl Headless {
                 ..default()
             })
             .set(AssetPlugin {
-                file_path: Path::new(env!("CARGO_MANIFEST_DIR"))
-                    .join("assets")
-                    .to_string_lossy()
-                    .into_owned(),
+                file_path: project_folder().join("assets").to_string_lossy().into_owned(),
                 unapproved_path_mode: UnapprovedPathMode::Allow,
                 ..default()
             })

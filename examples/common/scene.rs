@@ -6,12 +6,9 @@ use bevy_contextual_ao::{
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM, read_volume_file},
 };
 use clap::Args;
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::{path::PathBuf, str::FromStr};
 
-use super::headless::Headless;
+use super::headless::{Headless, project_folder};
 
 /// What is shown, and from where.
 #[derive(Args, Clone, Debug)]
@@ -69,7 +66,7 @@ pub struct Scene {
 impl SceneOptions {
     /// Reads the files and spawns everything.
     pub fn spawn(&self, headless: &mut Headless) -> Result<Scene, String> {
-        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+        let assets = project_folder().join("assets");
         let phantom = assets.join("head_phantom.nrrd");
         let path = self.volume.as_ref().unwrap_or(&phantom);
         let volume = read_volume_file(path).map_err(|error| error.to_string())?;

@@ -3,8 +3,6 @@
 use bevy::prelude::*;
 
 /// The most carvers that can act at once; more are ignored with a warning.
-///
-/// Two depth maps per carver in one texture array: wgpu guarantees 256 array layers.
 pub const MAX_CARVERS: usize = 128;
 
 /// Makes the closed mesh of this entity ([`Mesh3d`]) cut volumes.
@@ -59,41 +57,6 @@ pub enum ClipTargets {
     Only(Vec<Entity>),
 }
 
-/// Number of carvers that the maps have room for; grows and shrinks with the clip meshes.
-///
-/// Counted once, in the main world: textures and what binds them follow the same number.
-#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ClipCapacity(pub u32);
-
-impl ClipCapacity {
-    pub fn for_carvers(count: usize) -> Self {
-        Self(count.clamp(1, MAX_CARVERS).next_power_of_two() as u32)
-    }
-}
-
-impl Default for ClipCapacity {
-    fn default() -> Self {
-        Self::for_carvers(0)
-    }
-}
-
-/// Settings shared by all clip cameras.
-#[derive(Resource, Reflect, Clone, Debug, PartialEq)]
-#[reflect(Resource, Default, Debug, Clone, PartialEq)]
-pub struct ClipSettings {
-    /// Width and height of a depth map in texels, rounded up to a multiple of 16.
-    ///
-    /// More texels follow curved and slanted surfaces closer; memory grows with the square
-    /// (8 bytes per texel and carver), the time of a carve frame hardly at all.
-    pub depth_map_size: u32,
-}
-
-impl Default for ClipSettings {
-    fn default() -> Self {
-        Self { depth_map_size: 1024 }
-    }
-}
-
 /// Triggered on a [`ClipMesh`] entity whose mesh cannot carve, with the reason.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct ClipMeshFailed {
@@ -101,4 +64,31 @@ pub struct ClipMeshFailed {
     pub entity: Entity,
     /// Why it has no effect.
     pub reason: String,
+}
+
+/// Triggered on a [`ClipMesh`] entity whose mesh has more layers than
+/// [`ClipSettings::most_layers`](super::ClipSettings::most_layers) allows: seen from its clip camera,
+/// more pieces lie behind one another. What is behind the last but one layer is carved from its
+/// nearest to its farthest surface.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct ClipMeshCutOff {
+    /// The carver.
+    pub entity: Entity,
+    /// Its mesh.
+    pub mesh: AssetId<Mesh>,
+    /// Layers that it has.
+    pub has_layers: u32,
+    /// Layers that it gets.
+    pub gets_layers: u32,
+}
+
+/// Warns of it, naming the mesh's file where there is one.
+pub(super) fn warn_of_cut_off(cut_off: On<ClipMeshCutOff>, asset_server: Option<Res<AssetServer>>) {
+    let ClipMeshCutOff { entity, mesh, has_layers, gets_layers } = cut_off.event();
+    let path = asset_server.as_ref().and_then(|server| server.get_path(*mesh));
+    let name = path.map_or_else(|| mesh.to_string(), |path| path.to_string());
+    warn!(
+        "the clip mesh {name} on {entity} has {has_layers} layers, of which {gets_layers} are kept apart: \
+         raise ClipSettings::most_layers to carve it as it is"
+    );
 }

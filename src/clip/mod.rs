@@ -2,22 +2,35 @@
 
 mod clip_camera;
 mod clip_mesh;
+mod clip_settings;
 
 use bevy::prelude::*;
 
 pub use clip_camera::{ClipCamera, ClipFrame, DilationFrame};
-pub(crate) use clip_mesh::ClipCapacity;
-pub use clip_mesh::{ClipMesh, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, MAX_CARVERS};
+pub use clip_mesh::{ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipTargets, MAX_CARVERS};
+pub(crate) use clip_settings::{ClipCapacity, LayersWanted, MAX_LAYERS};
+pub use clip_settings::{ClipSettings, CoverageRule};
+
+/// Where the room for the clip maps is decided: whatever binds them comes after.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct ClipCapacitySystems;
 
 /// Registers the clipping components and keeps every clip camera in step with its mesh.
 pub(crate) struct ClipPlugin;
 
 impl Plugin for ClipPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<ClipSettings>().init_resource::<ClipCapacity>().add_systems(
-            PostUpdate,
-            (clip_camera::update_clip_cameras, clip_camera::remove_clip_cameras)
-                .after(bevy::asset::AssetEventSystems),
-        );
+        app.init_resource::<ClipSettings>()
+            .init_resource::<ClipCapacity>()
+            .init_resource::<LayersWanted>()
+            .add_observer(clip_mesh::warn_of_cut_off)
+            .add_systems(
+                PostUpdate,
+                (
+                    clip_settings::update_capacity.in_set(ClipCapacitySystems),
+                    (clip_camera::update_clip_cameras, clip_camera::remove_clip_cameras)
+                        .after(bevy::asset::AssetEventSystems),
+                ),
+            );
     }
 }

@@ -10,7 +10,7 @@ use bevy::{
 
 use super::VolumeMaterial;
 use crate::{
-    clip::{ClipCapacity, ClipMesh, ClipSettings},
+    clip::{ClipCapacity, ClipSettings},
     volume::{LookupTable, Volume3d, VolumeGeometry},
 };
 
@@ -27,18 +27,15 @@ pub(super) struct Visuals {
 pub(super) fn attach_visuals(
     mut commands: Commands,
     volumes: Query<(Entity, &LookupTable, Option<&Visuals>), With<Volume3d>>,
-    carvers: Query<(), With<ClipMesh>>,
     clip_settings: Res<ClipSettings>,
-    mut capacity: ResMut<ClipCapacity>,
+    clip_capacity: Res<ClipCapacity>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    let clip_capacity = ClipCapacity::for_carvers(carvers.iter().len());
-    capacity.set_if_neq(clip_capacity);
     for (entity, table, current) in &volumes {
         let visuals = Visuals {
             volume_revision: table.volume_revision,
-            clip_capacity,
+            clip_capacity: *clip_capacity,
             clip_settings: clip_settings.clone(),
         };
         if current == Some(&visuals) {

@@ -13,6 +13,7 @@ use bevy::{
 pub use volume_material::VolumeMaterial;
 
 use crate::{
+    clip::ClipCapacitySystems,
     render::{DeviceSupport, VolumeResourceSystems},
     volume::VolumeSystems,
 };
@@ -31,6 +32,7 @@ impl Plugin for VolumeMaterialPlugin {
                 attach::require_depth,
             )
                 .after(VolumeSystems::Bake)
+                .after(ClipCapacitySystems)
                 .before(AssetEventSystems),
         );
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {

@@ -62,9 +62,12 @@ impl AmbientOcclusion {
     }
 
     /// Distance, mm, within which lie all points whose clipping decides a voxel's coverage, and all
-    /// that read the voxel: 1.025 voxel diagonals (supplementary notes to the paper's algorithm 2).
+    /// that read the voxel: 1.025 voxel diagonals for the published points (supplementary notes to
+    /// the paper's algorithm 2); the lines reach 1.095 voxels in two directions and 1 in the third,
+    /// whichever way the clip camera looks.
     pub fn footprint_mm(geometry: &VolumeGeometry) -> f64 {
-        1.025 * geometry.cell_diagonal_mm()
+        let lines = DVec3::new(1.095, 1.095, 1.0).length() * geometry.longest_stretch_mm();
+        lines.max(1.025 * geometry.cell_diagonal_mm())
     }
 }
 

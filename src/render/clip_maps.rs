@@ -1,30 +1,17 @@
-//! The depth and dilation maps of all carvers: one texture array each, one slot per carver.
+//! The depth and dilation maps of all carvers: which layers of the arrays belong to which carver,
+//! and what they show.
 
-use bevy::{
-    math::Vec3,
-    platform::collections::HashMap,
-    prelude::*,
-    render::{
-        render_resource::{
-            Extent3d, Texture, TextureAspect, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
-        },
-        renderer::RenderDevice,
-    },
+use bevy::{math::Vec3, platform::collections::HashMap, prelude::*, render::renderer::RenderDevice};
+
+use super::{
+    clip_textures::{ClipTextures, depth_map_size},
+    count_surfaces::SurfaceCount,
+    extract::{ExtractedCarver, ExtractedScene, Influence},
 };
-
-use super::extract::{ExtractedCarver, ExtractedScene, Influence};
 use crate::{
     clip::{ClipFrame, ClipOperation, DilationFrame},
     diagnostics::GpuUsage,
 };
-
-/// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
-/// taken over whole texels.
-const TEXELS_PER_DILATION_TEXEL: u32 = 8;
-
-/// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
-const TEXELS_PER_TILE: u32 = 16;
 
 /// The maps of every carver.
 #[derive(Resource, Default)]
@@ -33,36 +20,27 @@ pub(crate) struct ClipMaps {
     pub slots: HashMap<Entity, Slot>,
 }
 
-/// The texture arrays.
-pub(crate) struct ClipTextures {
-    /// Number of slots.
-    pub capacity: u32,
-    /// Texels per side of a depth map.
-    pub depth_map_size: u32,
-    depth: Texture,
-    /// Layer `2 * slot`: nearest depth, `2 * slot + 1`: farthest.
-    pub depth_view: TextureView,
-    dilation: Texture,
-    /// Layer `slot`: near and far bound of the inflated mesh, then of the shrunk one.
-    pub dilation_view: TextureView,
-    tiles: Texture,
-    /// Extrema of the tiles of the depth map being dilated.
-    pub tile_view: TextureView,
-}
-
 /// A carver's place in the arrays, and what its maps show.
 #[derive(Default)]
 pub(crate) struct Slot {
-    pub index: u32,
+    pub layers: LayerRange,
+    pub count: SurfaceCount,
     pub drawn: Option<DepthKey>,
     pub dilated: Option<DilationKey>,
     pub revision: u64,
 }
 
-/// What a depth map depends on.
+/// Consecutive layers of the arrays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct LayerRange {
+    pub first: u32,
+    pub count: u32,
+}
+
+/// What a depth map depends on, besides the number of its layers.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct DepthKey {
-    mesh: AssetId<Mesh>,
+    pub mesh: AssetId<Mesh>,
     revision: u32,
     pub frame: ClipFrame,
 }
@@ -112,10 +90,11 @@ impl DepthKey {
     }
 }
 
-/// A depth map size that divides into tiles.
-pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
-    let step = TEXELS_PER_TILE;
-    requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
+impl Slot {
+    fn place(&mut self, layers: LayerRange) {
+        *self =
+            Self { layers, count: core::mem::take(&mut self.count), revision: self.revision, ..default() };
+    }
 }
 
 impl ClipMaps {
@@ -126,114 +105,85 @@ impl ClipMaps {
             depth_map_size(scene.clip_settings.depth_map_size, device.limits().max_texture_dimension_2d);
         let fits = |textures: &ClipTextures| textures.capacity == capacity && textures.depth_map_size == size;
         if !self.textures.as_ref().is_some_and(fits) {
+            let changes_size = self.textures.as_ref().is_some_and(|textures| textures.depth_map_size != size);
             self.textures = Some(ClipTextures::new(capacity, size, device));
-            self.slots.clear();
+            for slot in self.slots.values_mut() {
+                slot.place(default());
+                if changes_size {
+                    // Other texels see other surfaces.
+                    slot.count = default();
+                }
+            }
         }
         let alive = scene.carver_entities();
         self.slots.retain(|entity, _| alive.contains(entity));
-        for carver in &scene.carvers {
-            if !self.slots.contains_key(&carver.entity) {
-                let taken: Vec<u32> = self.slots.values().map(|slot| slot.index).collect();
-                if let Some(index) = (0..capacity).find(|index| !taken.contains(index)) {
-                    self.slots.insert(carver.entity, Slot { index, ..default() });
-                }
+        for entity in alive {
+            self.slots.entry(entity).or_default();
+        }
+    }
+
+    /// Gives carvers the numbers of layers that they want. Where there is no room, a carver keeps
+    /// what it has until there is.
+    pub fn place(&mut self, wanted: &[(Entity, u32)]) {
+        let capacity = self.textures.as_ref().map_or(0, |textures| textures.capacity);
+        for &(entity, count) in wanted {
+            if self.slots.get(&entity).is_none_or(|slot| slot.layers.count == count) {
+                continue;
             }
+            let others =
+                self.slots.iter().filter(|(other, _)| **other != entity).map(|(_, slot)| slot.layers);
+            if let Some(layers) = first_gap(others.collect(), count, capacity) {
+                self.slots.entry(entity).or_default().place(layers);
+            } else if wanted.iter().map(|(_, count)| count).sum::<u32>() <= capacity {
+                // There is room, but not in one piece.
+                self.pack(wanted);
+                return;
+            }
+        }
+    }
+
+    /// Places all carvers anew, one behind the other.
+    fn pack(&mut self, wanted: &[(Entity, u32)]) {
+        let mut first = 0;
+        for slot in self.slots.values_mut() {
+            slot.place(default());
+        }
+        for &(entity, count) in wanted {
+            self.slots.entry(entity).or_default().place(LayerRange { first, count });
+            first += count;
         }
     }
 
     /// What the maps take on the device.
     pub fn usage(&self) -> GpuUsage {
-        self.textures
-            .as_ref()
-            .map_or(default(), |textures| usage_of([&textures.depth, &textures.dilation, &textures.tiles]))
+        self.textures.as_ref().map_or(default(), ClipTextures::usage)
     }
 }
 
-impl ClipTextures {
-    fn new(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> Self {
-        let array = |label, size, layers, format, usage| {
-            device.create_texture(&TextureDescriptor {
-                label: Some(label),
-                size: Extent3d { width: size, height: size, depth_or_array_layers: layers },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format,
-                usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
-        };
-        let view = |texture: &Texture, dimension| {
-            texture.create_view(&TextureViewDescriptor { dimension: Some(dimension), ..default() })
-        };
-        let depth = array(
-            "contextual_ao_depth_maps",
-            depth_map_size,
-            2 * capacity,
-            TextureFormat::Depth32Float,
-            TextureUsages::RENDER_ATTACHMENT,
-        );
-        let dilation = array(
-            "contextual_ao_dilation_maps",
-            depth_map_size / TEXELS_PER_DILATION_TEXEL,
-            capacity,
-            TextureFormat::Rgba32Float,
-            TextureUsages::STORAGE_BINDING,
-        );
-        let tiles = array(
-            "contextual_ao_depth_tiles",
-            depth_map_size / TEXELS_PER_TILE,
-            1,
-            TextureFormat::Rgba32Float,
-            TextureUsages::STORAGE_BINDING,
-        );
-        Self {
-            capacity,
-            depth_map_size,
-            depth_view: view(&depth, TextureViewDimension::D2Array),
-            dilation_view: view(&dilation, TextureViewDimension::D2Array),
-            tile_view: view(&tiles, TextureViewDimension::D2),
-            depth,
-            dilation,
-            tiles,
+/// The first `count` layers that are free.
+fn first_gap(mut taken: Vec<LayerRange>, count: u32, capacity: u32) -> Option<LayerRange> {
+    taken.sort_unstable_by_key(|range| range.first);
+    let mut first = 0;
+    for range in taken.into_iter().filter(|range| range.count > 0) {
+        if range.first >= first + count {
+            break;
         }
+        first = first.max(range.first + range.count);
     }
-
-    /// Tiles along each side of a depth map.
-    pub fn tile_count(&self) -> u32 {
-        self.depth_map_size / TEXELS_PER_TILE
-    }
-
-    /// Texels per side of a dilation map.
-    pub fn dilation_map_size(&self) -> u32 {
-        self.depth_map_size / TEXELS_PER_DILATION_TEXEL
-    }
-
-    /// One layer of the depth maps, to render into.
-    pub fn depth_layer(&self, layer: u32) -> TextureView {
-        self.depth.create_view(&TextureViewDescriptor {
-            dimension: Some(TextureViewDimension::D2),
-            aspect: TextureAspect::DepthOnly,
-            base_array_layer: layer,
-            array_layer_count: Some(1),
-            ..default()
-        })
-    }
+    (first + count <= capacity).then_some(LayerRange { first, count })
 }
 
-/// Number and bytes of some textures.
-pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> GpuUsage {
-    let mut usage = GpuUsage::default();
-    for texture in textures {
-        let size = texture.size();
-        let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
-        usage.textures += 1;
-        usage.bytes +=
-            texels * texture.format().block_copy_size(Some(texture_aspect(texture))).unwrap_or(0) as u64;
-    }
-    usage
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn texture_aspect(texture: &Texture) -> TextureAspect {
-    if texture.format().is_depth_stencil_format() { TextureAspect::DepthOnly } else { TextureAspect::All }
+    #[test]
+    fn gaps_are_found_where_they_are() {
+        let range = |first, count| LayerRange { first, count };
+        assert_eq!(first_gap(vec![], 3, 4), Some(range(0, 3)));
+        assert_eq!(first_gap(vec![range(4, 2), range(0, 1)], 3, 8), Some(range(1, 3)));
+        assert_eq!(first_gap(vec![range(0, 2), range(3, 2)], 2, 8), Some(range(5, 2)));
+        assert_eq!(first_gap(vec![range(0, 2), range(3, 2)], 4, 8), None);
+        assert_eq!(first_gap(vec![range(0, 0)], 1, 1), Some(range(0, 1)));
+    }
 }

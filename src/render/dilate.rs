@@ -7,8 +7,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
-            PipelineCache, ShaderStages, ShaderType, StorageTextureAccess, TextureFormat, TextureSampleType,
-            UniformBuffer,
+            PipelineCache, ShaderStages, ShaderType, StorageTextureAccess, TextureSampleType, UniformBuffer,
             binding_types::{
                 texture_2d, texture_2d_array, texture_storage_2d, texture_storage_2d_array, uniform_buffer,
             },
@@ -17,13 +16,16 @@ use bevy::{
     },
 };
 
-use super::clip_maps::{ClipTextures, DilationKey};
+use super::{
+    clip_maps::DilationKey,
+    clip_textures::{ClipTextures, DILATION_FORMAT},
+};
 
-/// One carver's dilation, as `Dilation` in WGSL.
+/// The dilation of one layer, as `Dilation` in WGSL.
 #[derive(Clone, Copy, ShaderType)]
 struct DilationUniform {
     inflation: Vec3,
-    slot: u32,
+    layer: u32,
     shrinkage: Vec3,
     frame_min: Vec2,
     frame_size: Vec2,
@@ -39,7 +41,8 @@ pub(crate) struct DilatePipelines {
 
 impl FromWorld for DilatePipelines {
     fn from_world(world: &mut World) -> Self {
-        let format = TextureFormat::Rgba32Float;
+        let format = DILATION_FORMAT;
+        let exact = TextureSampleType::Float { filterable: false };
         let access = StorageTextureAccess::WriteOnly;
         let reduce_layout = BindGroupLayoutDescriptor::new(
             "contextual_ao_reduce",
@@ -47,7 +50,7 @@ impl FromWorld for DilatePipelines {
                 ShaderStages::COMPUTE,
                 (
                     uniform_buffer::<DilationUniform>(false),
-                    texture_2d_array(TextureSampleType::Depth),
+                    texture_2d_array(exact),
                     texture_storage_2d(format, access),
                 ),
             ),
@@ -58,8 +61,8 @@ impl FromWorld for DilatePipelines {
                 ShaderStages::COMPUTE,
                 (
                     uniform_buffer::<DilationUniform>(false),
-                    texture_2d_array(TextureSampleType::Depth),
-                    texture_2d(TextureSampleType::Float { filterable: false }),
+                    texture_2d_array(exact),
+                    texture_2d(exact),
                     texture_storage_2d_array(format, access),
                 ),
             ),
@@ -90,11 +93,11 @@ impl DilatePipelines {
         [self.reduce, self.dilate].into_iter().all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
     }
 
-    /// Puts one carver's dilation where the shader reads it.
+    /// Puts the dilation of one layer where the shader reads it.
     pub fn bind(
         &self,
         key: DilationKey,
-        slot: u32,
+        layer: u32,
         textures: &ClipTextures,
         cache: &PipelineCache,
         device: &RenderDevice,
@@ -103,7 +106,7 @@ impl DilatePipelines {
         let frame = key.frame();
         let mut uniform = UniformBuffer::from(DilationUniform {
             inflation: key.inflation,
-            slot,
+            layer,
             shrinkage: key.shrinkage,
             frame_min: frame.min,
             frame_size: frame.size,
@@ -114,23 +117,23 @@ impl DilatePipelines {
             reduce: device.create_bind_group(
                 "contextual_ao_reduce",
                 &cache.get_bind_group_layout(&self.reduce_layout),
-                &BindGroupEntries::sequential((uniform.clone(), &textures.depth_view, &textures.tile_view)),
+                &BindGroupEntries::sequential((uniform.clone(), &textures.depth.view, &textures.tiles.view)),
             ),
             dilate: device.create_bind_group(
                 "contextual_ao_dilate",
                 &cache.get_bind_group_layout(&self.dilate_layout),
                 &BindGroupEntries::sequential((
                     uniform,
-                    &textures.depth_view,
-                    &textures.tile_view,
-                    &textures.dilation_view,
+                    &textures.depth.view,
+                    &textures.tiles.view,
+                    &textures.dilation.view,
                 )),
             ),
         })
     }
 }
 
-/// One carver's dilation map to compute.
+/// One layer's dilation map to compute.
 pub(crate) struct DilateJob {
     reduce: BindGroup,
     dilate: BindGroup,

@@ -2,7 +2,8 @@
 // Minkowski sum with an ellipsoid in clip map space; and, for volume probing (section 3.2), shrunk.
 // Every carver gets both: of a subtracting carver, the mesh inflated by the occlusion reach bounds
 // what it affects, and the mesh shrunk by the footprint of a voxel what it removes for certain; of
-// an intersecting one the other way round.
+// an intersecting one the other way round. Layers of one mesh are dilated one by one: inflated, they
+// contain what the inflated mesh does; shrunk, they are contained in the shrunk mesh.
 //
 // The published search over all texels within reach is O(r²) per texel. Here the depth maps are
 // first reduced to the extrema of 16x16 tiles; then a workgroup per texel of the dilation map looks
@@ -12,7 +13,7 @@
 struct Dilation {
     // Half axes of the ellipsoids, clip map space.
     inflation: vec3<f32>,
-    slot: u32,
+    layer: u32,
     shrinkage: vec3<f32>,
     // Lower corner and size of the dilation frame, clip map space.
     frame_min: vec2<f32>,
@@ -27,7 +28,7 @@ const INFLATE: f32 = 1.0;
 const SHRINK: f32 = -1.0;
 
 @group(0) @binding(0) var<uniform> dilation: Dilation;
-@group(0) @binding(1) var depth_maps: texture_depth_2d_array;
+@group(0) @binding(1) var depth_maps: texture_2d_array<f32>;
 #ifdef REDUCE
 @group(0) @binding(2) var tiles: texture_storage_2d<rgba32float, write>;
 #else
@@ -39,9 +40,8 @@ const SHRINK: f32 = -1.0;
 // The two bounds of a texel as values to be lowered. An empty texel inflates nothing and shrinks
 // everything around it away.
 fn bounds_at(texel: vec2<u32>, way: f32) -> vec2<f32> {
-    let near = textureLoad(depth_maps, texel, 2u * dilation.slot, 0);
-    let far = textureLoad(depth_maps, texel, 2u * dilation.slot + 1u, 0);
-    return select(way * vec2(near, -far), vec2(way * FAR), near >= far);
+    let layer = textureLoad(depth_maps, texel, dilation.layer, 0).rg;
+    return select(way * vec2(layer.r, -layer.g), vec2(way * FAR), layer.r >= layer.g);
 }
 
 #ifdef REDUCE
@@ -171,7 +171,7 @@ fn dilate(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index)
     let inflated = dilate_block(block, 0.5 * block_size, dilation.inflation, INFLATE, lane);
     let shrunk = dilate_block(block, 0.5 * block_size, dilation.shrinkage, SHRINK, lane);
     if lane == 0u {
-        textureStore(dilation_maps, id.xy, dilation.slot, vec4(inflated, shrunk));
+        textureStore(dilation_maps, id.xy, dilation.layer, vec4(inflated, shrunk));
     }
 }
 #endif

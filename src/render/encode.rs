@@ -13,11 +13,12 @@ use bevy::{
 use std::time::Instant;
 
 use super::{
-    classify::ClassifyPipeline, clip_maps::ClipMaps, dilate::DilatePipelines, plan::FramePlan,
-    ray_cast::RayCastPipeline,
+    classify::ClassifyPipeline, clip_draw::MeshSource, clip_maps::ClipMaps, count_surfaces::CountPipeline,
+    dilate::DilatePipelines, peel::PeelPipelines, plan::FramePlan, ray_cast::RayCastPipeline,
 };
 use crate::diagnostics::{
-    COUNTERS, ReportChannel, SPAN_CLASSIFY, SPAN_DEPTH, SPAN_DILATE, SPAN_PRECOMPUTE, SPAN_RAY_CAST,
+    COUNTERS, ReportChannel, SPAN_CLASSIFY, SPAN_COUNT, SPAN_DEPTH, SPAN_DILATE, SPAN_PRECOMPUTE,
+    SPAN_RAY_CAST,
 };
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
@@ -27,6 +28,8 @@ pub(crate) fn encode_passes(
     cache: Res<PipelineCache>,
     meshes: Res<RenderAssets<RenderMesh>>,
     allocator: Res<MeshAllocator>,
+    count: Res<CountPipeline>,
+    peel: Res<PeelPipelines>,
     dilate: Res<DilatePipelines>,
     classify: Res<ClassifyPipeline>,
     ray_cast: Res<RayCastPipeline>,
@@ -43,9 +46,13 @@ pub(crate) fn encode_passes(
         frame.encoder().clear_buffer(&ray_cast.work, 0, None);
     }
 
-    // Step II: depth maps of carvers whose mesh changed.
+    // Step II: depth maps of carvers whose mesh changed, when it is known how many layers they need.
+    let source = MeshSource { cache: &cache, meshes: &meshes, allocator: &allocator };
+    frame.pass(SPAN_COUNT, &plan.counts, |encoder, job| {
+        job.encode(encoder, &count, clip, &source);
+    });
     frame.pass(SPAN_DEPTH, &plan.depth_maps, |encoder, job| {
-        job.encode(encoder, clip, &cache, &meshes, &allocator);
+        job.encode(encoder, &peel, clip, &source);
     });
 
     // Step III: dilation maps of those, and of carvers whose scale or reach changed.

@@ -11,7 +11,7 @@ use crate::{
     clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{AmbientOcclusion, VolumeShading},
-    volume::{LookupTable, Volume, Volume3d, VolumeGeometry},
+    volume::{LookupTable, Volume, Volume3d, VolumeGeometry, longest_stretch},
 };
 
 /// All volumes and carvers, rebuilt every frame.
@@ -59,22 +59,12 @@ impl ExtractedVolume {
     /// The influence on this volume, however it is scaled.
     pub fn influence(&self) -> Influence {
         // Rounding must not make a length too short.
-        let stretch = largest_stretch(self.world_from_local.matrix3) * 1.001;
+        let stretch = longest_stretch(self.world_from_local.matrix3.as_dmat3()) as f32 * 1.001;
         Influence {
             reach_world: self.occlusion.reach_mm(&self.geometry) as f32 * stretch,
             footprint_world: AmbientOcclusion::footprint_mm(&self.geometry) as f32 * stretch,
         }
     }
-}
-
-/// An upper bound of what a matrix does to a length; exact unless it shears.
-fn largest_stretch(matrix: Mat3A) -> f32 {
-    let lengths = Vec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length());
-    let longest = lengths.max_element();
-    let gram = matrix.transpose() * matrix;
-    let shears = !gram.abs_diff_eq(Mat3A::from_diagonal(lengths * lengths), longest * longest * 1e-4);
-    // The Frobenius norm bounds the largest singular value.
-    if shears { lengths.length() } else { longest }
 }
 
 pub(crate) struct ExtractedCarver {
@@ -84,6 +74,8 @@ pub(crate) struct ExtractedCarver {
     pub frame: ClipFrame,
     pub revision: u32,
     pub world_from_local: Affine3A,
+    /// Whether it has a place in the world: a collapsed carver keeps its maps, and carves nothing.
+    pub is_placed: bool,
 }
 
 /// Copies what the passes need. A volume without its table is not ready to be shown.
@@ -122,9 +114,10 @@ pub(crate) fn extract_scene(
             entity,
             clip_mesh: clip_mesh.clone(),
             mesh: mesh.id(),
-            frame: camera.frame.filter(|_| is_invertible(transform))?,
+            frame: camera.frame?,
             revision: camera.revision,
             world_from_local: transform.affine(),
+            is_placed: is_invertible(transform),
         })
     }));
     // The same carvers act in every frame, whatever order a query gives.

@@ -5,13 +5,16 @@
 
 mod bricks;
 mod classify;
-mod clip_depth;
+mod clip_draw;
 mod clip_maps;
+mod clip_textures;
+mod count_surfaces;
 mod dilate;
 mod encode;
 mod extract;
 mod formats;
 mod gpu_volume;
+mod peel;
 mod plan;
 mod ray_cast;
 pub(crate) mod volume_bindings;
@@ -54,7 +57,10 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "volume_bindings.wgsl");
         load_shader_library!(app, "clip_test.wgsl");
         load_shader_library!(app, "occlusion_pass.wgsl");
-        embedded_asset!(app, "clip_depth.wgsl");
+        load_shader_library!(app, "coverage.wgsl");
+        embedded_asset!(app, "clip_draw.wgsl");
+        embedded_asset!(app, "count_surfaces.wgsl");
+        embedded_asset!(app, "peel.wgsl");
         embedded_asset!(app, "dilate.wgsl");
         embedded_asset!(app, "classify.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
@@ -69,12 +75,14 @@ impl Plugin for OcclusionRenderPlugin {
             .init_gpu_resource::<ClipMaps>()
             .init_gpu_resource::<VolumeStore>()
             .init_gpu_resource::<plan::FramePlan>()
-            .init_gpu_resource::<SpecializedRenderPipelines<clip_depth::ClipDepthPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<clip_draw::ClipDrawPipeline>>()
             .init_gpu_resource::<Formats>()
             .add_systems(
                 RenderStartup,
                 (
-                    init_gpu_resource::<clip_depth::ClipDepthPipeline>,
+                    init_gpu_resource::<clip_draw::ClipDrawPipeline>,
+                    init_gpu_resource::<count_surfaces::CountPipeline>,
+                    init_gpu_resource::<peel::PeelPipelines>,
                     init_gpu_resource::<dilate::DilatePipelines>,
                     init_gpu_resource::<classify::ClassifyPipeline>,
                     init_gpu_resource::<ray_cast::RayCastPipeline>,
@@ -96,9 +104,10 @@ impl Plugin for OcclusionRenderPlugin {
             )
             .add_systems(
                 RenderGraph,
-                encode::encode_passes
-                    .in_set(RenderGraphSystems::Render)
-                    .before(camera_driver)
+                (
+                    encode::encode_passes.in_set(RenderGraphSystems::Render).before(camera_driver),
+                    count_surfaces::request_counts.in_set(RenderGraphSystems::Finish),
+                )
                     .run_if(resource_exists::<DeviceSupport>),
             );
     }

@@ -14,7 +14,13 @@ struct OcclusionPass {
     casts_all: u32,
     rays: u32,
     steps: u32,
+    // COVERAGE_*
+    coverage: u32,
 }
+
+const COVERAGE_LINES: u32 = 0u;
+const COVERAGE_POINTS: u32 = 1u;
+const COVERAGE_CENTER: u32 = 2u;
 
 // As the mask volume V_m of the paper holds them.
 const CATEGORY_CLIPPED: f32 = 0.0;

@@ -15,7 +15,7 @@ use bevy::{
 };
 
 use super::{
-    clip_maps::ClipTextures,
+    clip_textures::ClipTextures,
     formats::Formats,
     volume_store::VolumeResources,
     volume_uniform::{CarverTable, VolumeUniform},
@@ -32,7 +32,7 @@ pub(crate) fn layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> 
             uniform_buffer::<CarverTable>(false),
             texture_3d(filtered),
             texture_2d(exact),
-            texture_2d_array(TextureSampleType::Depth),
+            texture_2d_array(exact),
             texture_2d_array(exact),
             sampler(SamplerBindingType::Filtering),
         ),
@@ -57,8 +57,8 @@ pub(crate) fn bindings(
         Buffer(volume.carvers.buffer()?.clone()),
         TextureView(TextureViewDimension::D3, volume.intensities.clone()),
         TextureView(TextureViewDimension::D2, volume.lookup_table.view.clone()),
-        TextureView(TextureViewDimension::D2Array, clip.depth_view.clone()),
-        TextureView(TextureViewDimension::D2Array, clip.dilation_view.clone()),
+        TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
+        TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),
         Sampler(SamplerBindingType::Filtering, formats.edge_sampler.clone()),
     ];
     Some((0..).zip(resources).collect())

@@ -39,11 +39,17 @@ struct Carver {
     // Clip map space → dilation map: xy * zw + xy of this.
     dilation_offset: vec2<f32>,
     dilation_scale: vec2<f32>,
-    // Layers 2 * slot and 2 * slot + 1 of the depth maps, layer slot of the dilation maps.
-    slot: u32,
+    // A voxel's footprint as a box with one edge along the line of sight, clip map space: its half
+    // edges are `footprint_x`, (0, footprint_y) and (0, 0, footprint_z).
+    footprint_x: vec3<f32>,
+    footprint_z: f32,
+    footprint_y: vec2<f32>,
+    // Layers of the depth maps and of the dilation maps.
+    first_layer: u32,
+    end_layer: u32,
     // OPERATION_SUBTRACT or OPERATION_INTERSECT.
     operation: u32,
-    padding: vec2<u32>,
+    padding: u32,
 }
 
 const OPERATION_SUBTRACT: u32 = 0u;
@@ -54,7 +60,7 @@ const MAX_CARVERS: u32 = 128u;
 @group(#{VOLUME_BIND_GROUP}) @binding(1) var<uniform> carvers: array<Carver, MAX_CARVERS>;
 @group(#{VOLUME_BIND_GROUP}) @binding(2) var intensities: texture_3d<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(3) var lookup_table: texture_2d<f32>;
-@group(#{VOLUME_BIND_GROUP}) @binding(4) var depth_maps: texture_depth_2d_array;
+@group(#{VOLUME_BIND_GROUP}) @binding(4) var depth_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
 

@@ -7,7 +7,7 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             Extent3d, StorageBuffer, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureUsages, TextureView, UniformBuffer,
+            TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -15,13 +15,15 @@ use bevy::{
 };
 
 use super::{
-    clip_maps::{ClipMaps, usage_of},
+    clip_maps::ClipMaps,
+    clip_textures::{TextureAndView, usage_of},
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
     volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
 };
 use crate::{
+    clip::CoverageRule,
     diagnostics::GpuUsage,
     occlusion::AmbientOcclusion,
     volume::{LookupTable, Volume},
@@ -44,19 +46,6 @@ pub enum VolumeTexture {
     UnclippedOcclusion,
     /// Occlusion as drawn, 1 where unoccluded.
     Occlusion,
-}
-
-/// A texture with the view of all of it.
-pub(crate) struct TextureAndView {
-    pub texture: Texture,
-    pub view: TextureView,
-}
-
-impl TextureAndView {
-    fn new(device: &RenderDevice, descriptor: &TextureDescriptor) -> Self {
-        let texture = device.create_texture(descriptor);
-        Self { view: texture.create_view(&default()), texture }
-    }
 }
 
 /// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
@@ -132,6 +121,7 @@ pub(crate) enum OpacityKey {
         unclipped: UnclippedKey,
         /// The carvers that act, each with the revision of its maps.
         carvers: Vec<(CarverUniform, u64)>,
+        coverage: CoverageRule,
     },
 }
 
@@ -175,10 +165,7 @@ impl VolumeStore {
 
     /// What the volumes take on the device.
     pub(super) fn usage(&self) -> GpuUsage {
-        self.0.values().fold(default(), |sum: GpuUsage, volume| {
-            let usage = volume.usage();
-            GpuUsage { textures: sum.textures + usage.textures, bytes: sum.bytes + usage.bytes }
-        })
+        self.0.values().fold(default(), |sum: GpuUsage, volume| sum + volume.usage())
     }
 }
 
@@ -193,7 +180,7 @@ impl VolumeResources {
         let scalar = |label| {
             let usage = TextureUsages::STORAGE_BINDING;
             let descriptor = volume_texture(label, volume.geometry.dimensions, formats.scalar, usage);
-            TextureAndView::new(device, &descriptor)
+            TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
         };
         Self {
             identity,
@@ -212,6 +199,7 @@ impl VolumeResources {
                     usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
                     view_formats: &[],
                 },
+                TextureViewDimension::D2,
             ),
             opacities: scalar("contextual_ao_opacities"),
             categories: scalar("contextual_ao_categories"),

@@ -1,7 +1,7 @@
 //! The data that the shaders read of a volume and its carvers (`volume_bindings.wgsl`).
 
 use bevy::{
-    math::{DMat4, DVec3},
+    math::{DMat3, DMat4, DVec3, Vec3Swizzles},
     prelude::*,
     render::render_resource::ShaderType,
 };
@@ -82,9 +82,13 @@ pub(crate) struct CarverUniform {
     clip_from_local: [Vec4; 3],
     dilation_offset: Vec2,
     dilation_scale: Vec2,
-    slot: u32,
+    footprint_x: Vec3,
+    footprint_z: f32,
+    footprint_y: Vec2,
+    first_layer: u32,
+    end_layer: u32,
     operation: u32,
-    padding: UVec2,
+    padding: u32,
 }
 
 /// The carvers of one volume, as `carvers` in WGSL.
@@ -114,6 +118,8 @@ impl CarverUniform {
     pub fn new(carver: &ExtractedCarver, ready: &ReadyCarver, volume: &ExtractedVolume) -> Self {
         let local_from_volume = carver.world_from_local.inverse() * volume.world_from_local;
         let clip = ready.frame.clip_from_local() * local_from_volume;
+        let voxel = clip.matrix3.as_dmat3() * volume.geometry.local_from_voxel.matrix3;
+        let edges = lower_triangular(voxel).as_mat3();
         let dilation = ready.dilation.frame();
         let matrix = clip.matrix3.transpose();
         let row = |row: Vec3A, offset: f32| Vec3::from(row).extend(offset);
@@ -126,14 +132,30 @@ impl CarverUniform {
             ],
             dilation_offset: -dilation.min * scale,
             dilation_scale: scale,
-            slot: ready.slot,
+            footprint_x: edges.x_axis,
+            footprint_z: edges.z_axis.z,
+            footprint_y: edges.y_axis.yz(),
+            first_layer: ready.layers.first,
+            end_layer: ready.layers.first + ready.layers.count,
             operation: match carver.clip_mesh.operation {
                 ClipOperation::Subtract => 0,
                 ClipOperation::Intersect => 1,
             },
-            padding: UVec2::ZERO,
+            padding: 0,
         }
     }
+}
+
+/// The half edges of a box with the same variance as the box with the half edges `edges`, lower
+/// triangular: the third edge lies along z (Cholesky factor of `edges edges^T`).
+fn lower_triangular(edges: DMat3) -> DMat3 {
+    let gram = edges * edges.transpose();
+    let [xx, xy, xz] = gram.x_axis.to_array();
+    let x = DVec3::new(xx, xy, xz) / xx.sqrt();
+    let yy = (gram.y_axis.y - x.y * x.y).sqrt();
+    let y = DVec3::new(0.0, yy, (gram.y_axis.z - x.y * x.z) / yy);
+    let z = DVec3::new(0.0, 0.0, (gram.z_axis.z - x.z * x.z - y.z * y.z).sqrt());
+    DMat3::from_cols(x, y, z)
 }
 
 /// One pass over the voxels of a volume, as `OcclusionPass` in WGSL.
@@ -145,6 +167,7 @@ pub(crate) struct OcclusionPassUniform {
     pub casts_all: u32,
     pub rays: u32,
     pub steps: u32,
+    pub coverage: u32,
 }
 
 /// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
@@ -203,8 +226,8 @@ mod tests {
     #[test]
     fn rust_and_wgsl_agree() {
         assert_eq!(rust_layout::<VolumeUniform, 13>(), wgsl_layout("VolumeUniform"));
-        assert_eq!(rust_layout::<CarverUniform, 6>(), wgsl_layout("Carver"));
-        assert_eq!(rust_layout::<OcclusionPassUniform, 6>(), wgsl_layout("OcclusionPass"));
+        assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout("Carver"));
+        assert_eq!(rust_layout::<OcclusionPassUniform, 7>(), wgsl_layout("OcclusionPass"));
         let bindings = include_str!("volume_bindings.wgsl");
         for (name, value) in [
             ("MAX_CARVERS", MAX_CARVERS as u32),

@@ -74,8 +74,13 @@ pub enum VolumeError {
 impl VolumeError {
     /// A [`VolumeError::Field`] from anything that can be shown.
     pub(crate) fn field(field: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {
-        Self::Field { field, value: value.to_string(), reason: reason.into() }
+        Self::Field { field, value: excerpt(&value.to_string()), reason: reason.into() }
     }
+}
+
+/// As much of a file's text as an error shows: the rest of it may be the whole file.
+pub(crate) fn excerpt(text: &str) -> String {
+    text.chars().take(200).collect()
 }
 
 /// A file that could not be read as a volume, and why.

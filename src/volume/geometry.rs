@@ -50,6 +50,12 @@ impl VolumeGeometry {
             .fold(0.0, f64::max)
     }
 
+    /// The farthest, mm, that anything one voxel away from a voxel can be; an upper bound where the
+    /// grid is sheared.
+    pub fn longest_stretch_mm(&self) -> f64 {
+        longest_stretch(self.local_from_voxel.matrix3)
+    }
+
     /// The 8 corners of the box that the voxels fill, volume space (mm): corner `k` is at the far
     /// end of grid axis `a` where bit `a` of `k` is set.
     pub fn corners(&self) -> [DVec3; 8] {
@@ -58,4 +64,14 @@ impl VolumeGeometry {
             self.local_from_voxel.transform_point3(far * self.dimensions.as_dvec3() - 0.5)
         })
     }
+}
+
+/// An upper bound of what a matrix does to a length; exact unless it shears.
+pub(crate) fn longest_stretch(matrix: DMat3) -> f64 {
+    let lengths = DVec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length());
+    let longest = lengths.max_element();
+    let gram = matrix.transpose() * matrix;
+    let shears = !gram.abs_diff_eq(DMat3::from_diagonal(lengths * lengths), longest * longest * 1e-4);
+    // The Frobenius norm bounds the largest singular value.
+    if shears { lengths.length() } else { longest }
 }

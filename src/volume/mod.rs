@@ -22,6 +22,7 @@ pub use bundle::{
 };
 pub use error::{VolumeError, VolumeFileError};
 pub use geometry::VolumeGeometry;
+pub(crate) use geometry::longest_stretch;
 pub use loaders::{TransferFunctionLoader, VolumeLoader};
 pub use lookup_table::LookupTable;
 pub use readers::read_volume_file;

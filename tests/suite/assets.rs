@@ -7,7 +7,10 @@ use bevy_contextual_ao::{
 };
 use std::path::{Path, PathBuf};
 
-use crate::{headless::Headless, scene::IMAGE};
+use crate::{
+    headless::{Headless, project_folder},
+    scene::IMAGE,
+};
 
 /// A folder of this test's own.
 fn folder(name: &str) -> PathBuf {
@@ -83,7 +86,7 @@ fn files_load_and_failures_name_file_and_cause() {
 
 #[test]
 fn the_demo_asset_is_what_the_generator_makes() {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let assets = project_folder().join("assets");
     let volume = read_volume_file(&assets.join("head_phantom.nrrd")).expect("the demo volume");
     let phantom = head_phantom(160);
     assert_eq!(volume.dimensions(), phantom.dimensions);

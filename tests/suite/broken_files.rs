@@ -1,7 +1,8 @@
-//! The readers on files broken in every way: refused for the right reason, never a panic.
+//! The readers on files broken in every way: refused for the right reason.
 
 use bevy_contextual_ao::volume::read_volume_file;
 
+use super::properties::random::Random;
 use super::readers::outcome;
 use super::small_files::{Scratch, counting, gzip, mha, nifti, nrrd, with, zlib};
 
@@ -10,7 +11,8 @@ fn broken_files_are_refused_for_the_right_reason() {
     let scratch = Scratch::new("broken");
     let data = counting();
     let nii = nifti(&[2, 3, 4], 2, &data);
-    let gz = gzip(&nifti(&[8, 8, 8], 2, &pseudo_random(512)));
+    let incompressible = Random(1).bytes(512);
+    let gz = gzip(&nifti(&[8, 8, 8], 2, &incompressible));
     let corrupt = {
         let mut gz = gz.clone();
         let at = gz.len() - 100;
@@ -20,6 +22,7 @@ fn broken_files_are_refused_for_the_right_reason() {
     let nan = [1.0, f32::NAN].map(f32::to_le_bytes).concat();
     let huge = [2000i16; 3];
     let directions = "space directions: (1,0,0) (2,0,0) (0,0,1)\n";
+    let long = "1 ".repeat(9999);
     scratch.write("short.raw", &data[..23]);
     let text = |fields: &str| nrrd(fields, &data);
     let meta = |fields: &str| mha(fields, &data);
@@ -71,6 +74,9 @@ fn broken_files_are_refused_for_the_right_reason() {
         ("count.nrrd", text("dimension: 4\n"), "field"),
         ("four.nrrd", text("dimension: 4\nsizes: 2 3 2 2\n"), "dimensions"),
         ("type.nrrd", text("type: block\n"), "type"),
+        ("long_type.nrrd", text(&format!("type: {long}\n")), "type"),
+        ("long_encoding.nrrd", text(&format!("encoding: {long}\n")), "encoding"),
+        ("long_line.nrrd", text(&long), "field"),
         ("endian.nrrd", text("type: short\n"), "field"),
         ("skip.nrrd", text("byte skip: -5\n"), "field"),
         ("far.nrrd", text("byte skip: 9223372036854775807\n"), "truncated"),
@@ -102,6 +108,8 @@ fn broken_files_are_refused_for_the_right_reason() {
         ("zlib.mha", mha("CompressedData = True\n", &zlib(&data)[..9]), "truncated"),
         ("not_zlib.mha", mha("CompressedData = True\n", b"12345678"), "damaged"),
         ("absurd.mha", meta("DimSize = 65535 65535 65535\n"), "dimensions"),
+        ("axes.mha", meta(&format!("NDims = 9999\nDimSize = {long}\n")), "field"),
+        ("long_type.mha", meta(&format!("ElementType = {long}\n")), "type"),
         ("flat.mha", meta("NDims = 2\nDimSize = 4 6\n"), "dimensions"),
         ("object.mha", meta("ObjectType = Scene\n"), "field"),
         ("type.mha", meta("ElementType = MET_STRING\n"), "type"),
@@ -120,61 +128,8 @@ fn broken_files_are_refused_for_the_right_reason() {
         assert_eq!(outcome(&path), expected, "{name}");
         let message = read_volume_file(&path).unwrap_err().to_string();
         let folder = scratch.0.to_string_lossy();
-        assert!(message.contains(&*folder), "{name}: {message}");
+        assert!(message.contains(&*folder) && message.len() < 1000, "{name}: {message}");
     }
     let missing = scratch.0.join("missing.nii");
     assert_eq!(outcome(&missing), "io");
-}
-
-/// Bytes that do not compress, the same in every run.
-fn pseudo_random(count: usize) -> Vec<u8> {
-    let mut state = 1;
-    (0..count).map(|_| next(&mut state) as u8).collect()
-}
-
-/// A step of a linear congruential generator; its upper bits are good enough here.
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    *state >> 33
-}
-
-#[test]
-fn no_mutation_makes_a_reader_panic() {
-    let scratch = Scratch::new("mutations");
-    let data = counting();
-    let floats = pseudo_random(96);
-    let lps = "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n";
-    let seeds = [
-        ("m.nii", nifti(&[2, 3, 4], 2, &data)),
-        ("m.nii", nifti(&[2, 3, 4], 16, &floats)),
-        ("m.nii.gz", gzip(&nifti(&[2, 3, 4], 2, &data))),
-        ("m.nrrd", nrrd(lps, &data)),
-        ("m.nrrd", nrrd("type: float\nendian: big\nspacings: 1 2 3\n", &floats)),
-        ("m.nrrd", nrrd("encoding: gzip\nbyte skip: -1\n", &gzip(&data))),
-        ("m.nrrd", nrrd("encoding: text\nline skip: 1\n", b"\n1 2 3 4 5 6 7 8 9 10 11 12")),
-        ("m.mha", mha("CompressedData = True\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n", &zlib(&data))),
-        ("m.mha", mha("BinaryDataByteOrderMSB = True\nHeaderSize = 0\n", &data)),
-    ];
-    let mut state = 7;
-    let mut read = 0;
-    for (name, seed) in &seeds {
-        for _ in 0..500 {
-            let mut bytes = seed.clone();
-            for _ in 0..next(&mut state) % 4 {
-                let at = next(&mut state) as usize % bytes.len();
-                // Digits and signs break text headers in more ways than any byte does.
-                bytes[at] = match next(&mut state) % 3 {
-                    0 => b"0123456789-.:,()n \n"[next(&mut state) as usize % 19],
-                    1 => bytes[at] ^ (1 << (next(&mut state) % 8)),
-                    _ => next(&mut state) as u8,
-                };
-            }
-            if next(&mut state).is_multiple_of(4) {
-                bytes.truncate(next(&mut state) as usize % bytes.len());
-            }
-            read += usize::from(outcome(&scratch.write(name, &bytes)) == "read");
-        }
-    }
-    // Some must have come through, or nothing beyond the headers was tried.
-    assert!(read > 500, "only {read} were read");
 }

@@ -5,10 +5,9 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{WORLD_UNITS_PER_MM, read_volume_file},
 };
-use std::path::Path;
 
 use crate::{
-    headless::Headless,
+    headless::{Headless, project_folder},
     scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp, volume_from},
 };
 
@@ -146,9 +145,10 @@ fn a_hole_has_no_ghost_and_no_halo() {
             // The outermost layer that stays.
             let index = (z * 32 + 15) * 32 + x;
             let difference = cut[index].abs_diff(thin[index]);
-            // The published coverage samples reach over the cut and thin out the layers next to
-            // it: 41 samples, 1.025 voxels wide. A ghost or a halo is tens of bytes.
-            assert!(difference <= 12, "cut {} and never there {}", cut[index], thin[index]);
+            // A voxel's coverage is taken over two voxels: the layers next to the cut, half a voxel
+            // away, are covered by 3/4 and 1/4 instead of all and nothing. A ghost or a halo is
+            // tens of bytes.
+            assert!(difference <= 16, "cut {} and never there {}", cut[index], thin[index]);
             compared += 1;
         }
     }
@@ -157,7 +157,7 @@ fn a_hole_has_no_ghost_and_no_halo() {
 
 #[test]
 fn one_head_in_four_axis_orders_looks_the_same() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/volumes/cases/axis_orders");
+    let folder = project_folder().join("../shared/volumes/cases/axis_orders");
     if !folder.is_dir() {
         println!("skipped: there is no {}", folder.display());
         return;

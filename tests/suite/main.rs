@@ -14,6 +14,7 @@ mod exact;
 mod independence;
 mod lifecycle;
 mod oracle;
+mod properties;
 mod readers;
 mod scene;
 mod shaders;

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use bevy::math::{DVec3, UVec3, Vec3};
 use bevy_contextual_ao::volume::{Intensities, Volume, VolumeError, read_volume_file};
 
+use crate::headless::project_folder;
+
 /// The folder of real volumes, or a line that says that it is not there.
 fn volumes() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/volumes");
+    let folder = project_folder().join("../shared/volumes");
     if !folder.is_dir() {
         eprintln!("skipped: no real volumes at {}", folder.display());
         return None;

@@ -86,7 +86,7 @@ impl TestScene {
     ) -> Self {
         let mut headless = Headless::new(IMAGE, |app| {
             // Fine enough for volumes of 30 voxels, and quick on a software driver.
-            app.insert_resource(ClipSettings { depth_map_size: 256 });
+            app.insert_resource(ClipSettings { depth_map_size: 256, ..default() });
             setup(app);
         });
         let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).length();

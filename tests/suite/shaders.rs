@@ -13,17 +13,28 @@ struct Entry {
     definitions: &'static [&'static str],
 }
 
-const LIBRARIES: [(&str, &str); 3] = [
+const LIBRARIES: [(&str, &str); 4] = [
     ("volume_bindings.wgsl", include_str!("../../src/render/volume_bindings.wgsl")),
     ("clip_test.wgsl", include_str!("../../src/render/clip_test.wgsl")),
     ("occlusion_pass.wgsl", include_str!("../../src/render/occlusion_pass.wgsl")),
+    ("coverage.wgsl", include_str!("../../src/render/coverage.wgsl")),
 ];
 
-const ENTRIES: [Entry; 4] = [
+const ENTRIES: [Entry; 6] = [
     Entry {
-        name: "clip_depth.wgsl",
-        source: include_str!("../../src/render/clip_depth.wgsl"),
+        name: "clip_draw.wgsl",
+        source: include_str!("../../src/render/clip_draw.wgsl"),
+        definitions: &["COUNT", "COMPARE"],
+    },
+    Entry {
+        name: "count_surfaces.wgsl",
+        source: include_str!("../../src/render/count_surfaces.wgsl"),
         definitions: &[],
+    },
+    Entry {
+        name: "peel.wgsl",
+        source: include_str!("../../src/render/peel.wgsl"),
+        definitions: &["SEVERAL_LAYERS"],
     },
     Entry {
         name: "dilate.wgsl",

@@ -1,6 +1,7 @@
 //! Which carvers need new depth or dilation maps.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
@@ -11,67 +12,69 @@ use bevy::{
 };
 
 use super::{FramePlan, ReadyCarver};
-use crate::render::{
-    clip_depth::{ClipDepthJob, ClipDepthPipeline},
-    clip_maps::{ClipMaps, DepthKey, DilationKey},
-    dilate::DilatePipelines,
-    extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
+use crate::{
+    clip::MAX_LAYERS,
+    diagnostics::CutOff,
+    render::{
+        clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
+        clip_maps::{ClipMaps, DepthKey, DilationKey, Slot},
+        clip_textures::ClipTextures,
+        count_surfaces::CountPipeline,
+        dilate::DilatePipelines,
+        extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
+        peel::PeelPipelines,
+    },
 };
 
-/// Plans steps II and III. A carver whose mesh or pipelines are not there yet waits a frame.
+/// What planning the passes over carvers takes.
+#[derive(SystemParam)]
+pub(crate) struct CarverPasses<'w> {
+    draw: Res<'w, ClipDrawPipeline>,
+    specialized: ResMut<'w, SpecializedRenderPipelines<ClipDrawPipeline>>,
+    count: Res<'w, CountPipeline>,
+    peel: Res<'w, PeelPipelines>,
+    dilate: Res<'w, DilatePipelines>,
+    cache: Res<'w, PipelineCache>,
+    meshes: Res<'w, RenderAssets<RenderMesh>>,
+    allocator: Res<'w, MeshAllocator>,
+    device: Res<'w, RenderDevice>,
+    queue: Res<'w, RenderQueue>,
+}
+
+/// Plans steps II and III. A carver whose mesh or pipelines are not there yet waits a frame; while
+/// a new mesh is not ready, the old one carves on.
 pub(crate) fn plan_carvers(
     scene: Res<ExtractedScene>,
-    depth_pipeline: Res<ClipDepthPipeline>,
-    mut depth_pipelines: ResMut<SpecializedRenderPipelines<ClipDepthPipeline>>,
-    dilate_pipelines: Res<DilatePipelines>,
-    cache: Res<PipelineCache>,
-    meshes: Res<RenderAssets<RenderMesh>>,
-    allocator: Res<MeshAllocator>,
-    device: Res<RenderDevice>,
-    queue: Res<RenderQueue>,
+    mut passes: CarverPasses,
     mut clip_maps: ResMut<ClipMaps>,
     mut plan: ResMut<FramePlan>,
 ) {
+    plan.counts.clear();
     plan.depth_maps.clear();
     plan.dilations.clear();
     plan.carvers.clear();
     plan.carvers_wait = false;
-    let ClipMaps { textures: Some(textures), slots } = &mut *clip_maps else {
-        return;
-    };
-    if !dilate_pipelines.is_ready(&cache) {
+    if clip_maps.textures.is_none() || !passes.are_ready() {
         plan.carvers_wait = !scene.carvers.is_empty();
         return;
     }
+    count_surfaces(&scene, &mut passes, &mut clip_maps, &mut plan);
+    let wanted = layers_wanted(&scene, &clip_maps, &mut plan);
+    clip_maps.place(&wanted);
+    let ClipMaps { textures: Some(textures), slots } = &mut *clip_maps else {
+        return;
+    };
     for carver in &scene.carvers {
         let Some(slot) = slots.get_mut(&carver.entity) else {
             continue;
         };
         let influence = influence(carver, &scene);
-        if influence.reach_world <= 0.0 {
-            // There is nothing to carve.
+        if influence.reach_world <= 0.0 || !carver.is_placed {
+            // It carves nothing.
             continue;
         }
-        let wanted = DepthKey::of(carver);
-        let redraw = if slot.drawn == Some(wanted) {
-            None
-        } else {
-            let job = depth_job(
-                carver,
-                slot.index,
-                &depth_pipeline,
-                &mut depth_pipelines,
-                &cache,
-                &meshes,
-                &allocator,
-                &device,
-                &queue,
-            );
-            plan.carvers_wait |= job.is_none();
-            job
-        };
-        // While a new mesh is not ready, the old one carves on.
-        let Some(drawn) = redraw.as_ref().map(|_| wanted).or(slot.drawn) else {
+        plan.carvers_wait |= draw_layers(carver, slot, textures, &mut passes, &mut plan).is_none();
+        let (Some(drawn), layers) = (slot.drawn, slot.layers) else {
             continue;
         };
         let operation = carver.clip_mesh.operation;
@@ -80,44 +83,113 @@ pub(crate) fn plan_carvers(
         else {
             continue;
         };
-        if redraw.is_some() || slot.dilated != Some(dilation) {
-            let job = dilate_pipelines.bind(dilation, slot.index, textures, &cache, &device, &queue);
-            plan.dilations.extend(job);
+        if slot.dilated != Some(dilation) {
+            for layer in layers.first..layers.first + layers.count {
+                let CarverPasses { dilate, cache, device, queue, .. } = &passes;
+                plan.dilations.extend(dilate.bind(dilation, layer, textures, cache, device, queue));
+            }
+            slot.dilated = Some(dilation);
             plan.maps_revision += 1;
             slot.revision = plan.maps_revision;
         }
-        plan.depth_maps.extend(redraw);
-        slot.drawn = Some(drawn);
-        slot.dilated = Some(dilation);
-        let ready = ReadyCarver { slot: slot.index, frame: drawn.frame, dilation, revision: slot.revision };
+        let ready = ReadyCarver { layers, frame: drawn.frame, dilation, revision: slot.revision };
         plan.carvers.insert(carver.entity, ready);
     }
 }
 
-/// What it takes to render a carver's depth maps; `None` while its mesh or pipelines are not there.
-fn depth_job(
-    carver: &ExtractedCarver,
-    slot: u32,
-    pipeline: &ClipDepthPipeline,
-    specialized: &mut SpecializedRenderPipelines<ClipDepthPipeline>,
-    cache: &PipelineCache,
-    meshes: &RenderAssets<RenderMesh>,
-    allocator: &MeshAllocator,
-    device: &RenderDevice,
-    queue: &RenderQueue,
-) -> Option<ClipDepthJob> {
-    allocator.mesh_vertex_slice(&carver.mesh)?;
-    let pipelines = pipeline.queue(meshes.get(carver.mesh)?, specialized, cache)?;
-    for pipeline in pipelines {
-        cache.get_render_pipeline(pipeline)?;
+/// Plans to count the surfaces of meshes that are new or have changed.
+fn count_surfaces(
+    scene: &ExtractedScene,
+    passes: &mut CarverPasses,
+    clip_maps: &mut ClipMaps,
+    plan: &mut FramePlan,
+) {
+    let ClipMaps { textures: Some(textures), slots } = clip_maps else {
+        return;
+    };
+    for carver in &scene.carvers {
+        let Some(slot) = slots.get_mut(&carver.entity) else {
+            continue;
+        };
+        slot.count.receive(&passes.device);
+        let key = DepthKey::of(carver);
+        if slot.count.is_wanted(&key)
+            && let Some(draw) = passes.prepare(carver)
+        {
+            let CarverPasses { count, cache, device, .. } = &*passes;
+            plan.counts.push(count.begin(draw, key, &mut slot.count, textures, cache, device));
+        }
+        plan.carvers_wait |= !slot.count.is_final(&key);
     }
-    let camera = Mat4::from(carver.frame.clip_from_local());
-    Some(ClipDepthJob {
-        mesh: carver.mesh,
-        slot,
-        pipelines,
-        camera: pipeline.bind(camera, cache, device, queue)?,
-    })
+}
+
+/// How many layers each carver is to get whose surfaces are known. All together get no more than
+/// the arrays can have, which is enough for one each.
+fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FramePlan) -> Vec<(Entity, u32)> {
+    let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
+    let mut spare = MAX_LAYERS - scene.carvers.len() as u32;
+    plan.cut_off.clear();
+    let wanted = scene.carvers.iter().filter_map(|carver| {
+        let (entity, mesh) = (carver.entity, carver.mesh);
+        let has_layers = (clip_maps.slots.get(&entity)?.count.of(mesh)? / 2).max(1);
+        let gets_layers = has_layers.min(most).min(1 + spare);
+        spare -= gets_layers - 1;
+        if gets_layers < has_layers {
+            plan.cut_off.push(CutOff { entity, mesh, has_layers, gets_layers });
+        }
+        Some((entity, gets_layers))
+    });
+    let wanted: Vec<_> = wanted.collect();
+    plan.layers_wanted = wanted.iter().map(|(_, layers)| layers).sum();
+    wanted
+}
+
+/// Plans to draw a carver's layers if its maps show anything else. `None` if that has to wait.
+fn draw_layers(
+    carver: &ExtractedCarver,
+    slot: &mut Slot,
+    textures: &mut ClipTextures,
+    passes: &mut CarverPasses,
+    plan: &mut FramePlan,
+) -> Option<()> {
+    let key = DepthKey::of(carver);
+    if slot.drawn == Some(key) {
+        return Some(());
+    }
+    let surfaces = slot.count.of(carver.mesh)?;
+    if slot.layers.count == 0 {
+        return None;
+    }
+    let draw = passes.prepare(carver)?;
+    let CarverPasses { draw: clip_draw, peel, cache, device, queue, .. } = passes;
+    plan.depth_maps.push(peel.bind(
+        draw,
+        slot.layers,
+        surfaces,
+        clip_draw,
+        textures,
+        cache,
+        device,
+        queue,
+    )?);
+    slot.drawn = Some(key);
+    slot.dilated = None;
+    Some(())
+}
+
+impl CarverPasses<'_> {
+    fn are_ready(&self) -> bool {
+        let cache = &self.cache;
+        self.count.is_ready(cache) && self.peel.is_ready(cache) && self.dilate.is_ready(cache)
+    }
+
+    /// What it takes to draw a carver's mesh; `None` while it is not there.
+    fn prepare(&mut self, carver: &ExtractedCarver) -> Option<ClipMeshDraw> {
+        let source = MeshSource { cache: &self.cache, meshes: &self.meshes, allocator: &self.allocator };
+        let camera = Mat4::from(carver.frame.clip_from_local());
+        let Self { draw, specialized, device, queue, .. } = self;
+        draw.prepare(carver.mesh, camera, &source, specialized, device, queue)
+    }
 }
 
 /// How far a carver acts on any of the volumes that it carves.

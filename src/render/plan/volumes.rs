@@ -18,7 +18,8 @@ use crate::{
     diagnostics::ReportChannel,
     render::{
         classify::ClassifyPipeline,
-        clip_maps::{ClipMaps, ClipTextures},
+        clip_maps::ClipMaps,
+        clip_textures::ClipTextures,
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
         ray_cast::{RayCastPipeline, RayCastTarget},
@@ -85,7 +86,7 @@ pub(crate) fn plan_volumes(
         let carvers = carvers_of(volume, &scene, &plan);
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
         let carver_count = carvers.len() as u32;
-        let goal = Goal::of(volume, carvers);
+        let goal = Goal::of(volume, carvers, scene.clip_settings.coverage);
         let work = if pipelines_ready { resources.advance(volume, &goal, &mut share) } else { default() };
         precomputes |= work.precompute.is_some();
         let done = resources.progress(&goal, volume);
@@ -116,10 +117,9 @@ pub(crate) fn plan_volumes(
     }
     if let Ok(mut report) = report.0.lock() {
         report.progress = progress;
-        report.usage = store.usage();
-        let maps = clip_maps.usage();
-        report.usage.textures += maps.textures;
-        report.usage.bytes += maps.bytes;
+        report.layers_wanted = plan.layers_wanted;
+        report.cut_off.clone_from(&plan.cut_off);
+        report.usage = store.usage() + clip_maps.usage();
     }
 }
 
@@ -168,7 +168,12 @@ impl Work {
         if self.precompute.is_none() && !self.classifies {
             return None;
         }
-        let pass = OcclusionPassUniform { rays: self.rays, steps: self.steps, ..default() };
+        let pass = OcclusionPassUniform {
+            rays: self.rays,
+            steps: self.steps,
+            coverage: self.coverage as u32,
+            ..default()
+        };
         if let Some((first_brick, end_brick, _)) = self.precompute {
             volume.unclipped_pass.set(OcclusionPassUniform { end_brick: self.volume_bricks, ..pass });
             volume.unclipped_pass.write_buffer(device, queue);

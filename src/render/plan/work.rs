@@ -3,24 +3,32 @@
 use bevy::prelude::*;
 
 use super::budget::BudgetShare;
-use crate::render::{
-    bricks::brick_count,
-    extract::ExtractedVolume,
-    volume_store::{OpacityKey, UnclippedKey, VolumeResources},
-    volume_uniform::CarverUniform,
+use crate::{
+    clip::CoverageRule,
+    render::{
+        bricks::brick_count,
+        extract::ExtractedVolume,
+        volume_store::{OpacityKey, UnclippedKey, VolumeResources},
+        volume_uniform::CarverUniform,
+    },
 };
 
 /// What the textures of a volume should hold at the end of this frame.
 pub(super) struct Goal {
     pub unclipped: UnclippedKey,
     pub opacities: OpacityKey,
+    pub coverage: CoverageRule,
 }
 
 impl Goal {
-    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>) -> Self {
+    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
         let unclipped =
             UnclippedKey { table_revision: volume.table.revision, occlusion: volume.occlusion.clone() };
-        Self { opacities: OpacityKey::Clipped { unclipped: unclipped.clone(), carvers }, unclipped }
+        Self {
+            opacities: OpacityKey::Clipped { unclipped: unclipped.clone(), carvers, coverage },
+            unclipped,
+            coverage,
+        }
     }
 
     /// What the drawn occlusion is of, once it is computed.
@@ -40,6 +48,7 @@ pub(super) struct Work {
     pub volume_bricks: u32,
     pub rays: u32,
     pub steps: u32,
+    pub coverage: CoverageRule,
 }
 
 impl VolumeResources {
@@ -72,6 +81,7 @@ impl VolumeResources {
             rays: volume.occlusion.pattern.rays(),
             steps: volume.occlusion.steps,
             casts_all: mode.recomputes_all(),
+            coverage: goal.coverage,
             ..default()
         };
         if mode.uses_occlusion() && !work.casts_all {

@@ -13,8 +13,8 @@ use crate::volume::error::VolumeError;
 /// Decodes the voxels that `header` describes from `bytes`: all bytes of the file that they are in,
 /// which is the header's own where they are attached.
 ///
-/// Bytes after the last voxel are ignored. No more memory is taken than the data really need,
-/// whatever the header claims.
+/// Bytes after the last voxel are ignored. Memory grows with what the data really hold, whatever the
+/// header claims.
 pub(crate) fn decode(header: &GridHeader, bytes: &[u8]) -> Result<Volume, VolumeError> {
     let offset = match header.data {
         DataLocation::Attached { offset } => offset,

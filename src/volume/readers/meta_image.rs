@@ -7,7 +7,7 @@ use super::header::{
     parse_numbers, to_ras,
 };
 use crate::volume::asset::Rescale;
-use crate::volume::error::VolumeError;
+use crate::volume::error::{VolumeError, excerpt};
 
 /// Reads the header at the beginning of a MetaImage file.
 ///
@@ -27,12 +27,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
     if let Some(channels) = fields.get("ElementNumberOfChannels")
         && channels != "1"
     {
-        let channels = format!("{channels} channels");
+        let channels = format!("{} channels", excerpt(channels));
         return Err(VolumeError::UnsupportedType(channels));
     }
     let sizes = parse_numbers("DimSize", fields.required("DimSize")?)?;
     let count = fields.required("NDims")?;
-    if count.parse() != Ok(sizes.len()) {
+    // The format allows ten axes.
+    if count.parse() != Ok(sizes.len()) || sizes.len() > 10 {
         let reason = format!("but there are {} sizes", sizes.len());
         return Err(VolumeError::field("NDims", count, reason));
     }
@@ -83,11 +84,7 @@ impl Fields {
                 if !fields.iter().any(is_signature) {
                     break;
                 }
-                return Err(VolumeError::field(
-                    "header line",
-                    line.chars().take(80).collect::<String>(),
-                    "no field",
-                ));
+                return Err(VolumeError::field("header line", line, "no field"));
             };
             fields.push((name.trim().to_owned(), value.trim().to_owned()));
             // By the standard the last field: data may follow.
@@ -168,7 +165,7 @@ impl Fields {
             return Ok(DataLocation::Attached { offset: self.end });
         }
         if file.split_whitespace().next() == Some("LIST") || file.contains('%') {
-            let how = format!("several files ({file})");
+            let how = format!("several files ({})", excerpt(file));
             return Err(VolumeError::UnsupportedEncoding(how));
         }
         let file = file.to_owned();
@@ -194,6 +191,6 @@ fn scalar_type(name: &str) -> Result<ScalarType, VolumeError> {
         "MET_LONG_LONG" => ScalarType::I64,
         "MET_FLOAT" => ScalarType::F32,
         "MET_DOUBLE" => ScalarType::F64,
-        _ => return Err(VolumeError::UnsupportedType(name.to_owned())),
+        _ => return Err(VolumeError::UnsupportedType(excerpt(name))),
     })
 }

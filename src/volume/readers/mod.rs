@@ -88,8 +88,8 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
 ///
 /// # Errors
 ///
-/// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic,
-/// or take more memory than the file's data, decompressed, need.
+/// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic, and
+/// memory grows with what the file really holds, decompressed, not with what its header claims.
 pub fn read_volume_file(path: &Path) -> Result<Volume, VolumeFileError> {
     let at = |path: &Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
     let of_header = |cause| at(path, cause);

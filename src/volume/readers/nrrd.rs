@@ -7,7 +7,7 @@ use super::header::{
 };
 use super::nrrd_fields::{Fields, missing, required, vectors};
 use crate::volume::asset::Rescale;
-use crate::volume::error::VolumeError;
+use crate::volume::error::{VolumeError, excerpt};
 
 /// Reads the header at the beginning of a NRRD file.
 ///
@@ -183,7 +183,7 @@ impl Fields {
             | "int64_t" => ScalarType::I64,
             "float" => ScalarType::F32,
             "double" => ScalarType::F64,
-            _ => return Err(VolumeError::UnsupportedType(text.to_owned())),
+            _ => return Err(VolumeError::UnsupportedType(excerpt(text))),
         })
     }
 
@@ -193,7 +193,7 @@ impl Fields {
             "raw" => Encoding::Raw,
             "gzip" | "gz" => Encoding::Gzip,
             "ascii" | "text" | "txt" => Encoding::Ascii,
-            _ => return Err(VolumeError::UnsupportedEncoding(text.to_owned())),
+            _ => return Err(VolumeError::UnsupportedEncoding(excerpt(text))),
         })
     }
 
@@ -214,7 +214,7 @@ impl Fields {
             return Ok(DataLocation::Attached { offset: end });
         };
         if self.lists_data_files() || file.contains('%') {
-            let how = format!("several files ({file})");
+            let how = format!("several files ({})", excerpt(file));
             return Err(VolumeError::UnsupportedEncoding(how));
         }
         Ok(DataLocation::Detached { file: file.clone() })

@@ -45,11 +45,7 @@ impl Fields {
                 continue;
             }
             let Some((name, value)) = line.split_once(':') else {
-                return Err(VolumeError::field(
-                    "header line",
-                    line.chars().take(80).collect::<String>(),
-                    "no field, key or comment",
-                ));
+                return Err(VolumeError::field("header line", line, "no field, key or comment"));
             };
             if value.starts_with('=') {
                 continue;

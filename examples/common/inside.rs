@@ -1,0 +1,58 @@
+//! Which points are inside a closed mesh, by winding number: the reference that what is carved with
+//! a mesh is compared against.
+
+#![allow(dead_code, reason = "not every example that includes this file needs all")]
+
+use super::shapes::Triangles;
+use bevy::prelude::*;
+use parry3d::{
+    math::Vector,
+    query::{PointQuery, Ray, RayCast},
+    shape::TriMesh,
+};
+
+/// Directions to cast rays in. They are parallel to no face or edge that a shape made from round
+/// numbers is likely to have.
+const DIRECTIONS: [[f32; 3]; 3] =
+    [[0.531_7, 0.270_3, 0.802_6], [-0.653_9, 0.728_1, 0.205_7], [0.303_7, -0.871_9, -0.384_1]];
+
+/// Answers for points whether they are inside a mesh and how far they are from its surface.
+pub struct InsideTest {
+    mesh: TriMesh,
+}
+
+impl InsideTest {
+    /// The test for a closed mesh of at least one triangle.
+    pub fn new(triangles: &Triangles) -> Self {
+        let positions = triangles.positions.iter().map(|&p| Vector::from(p)).collect();
+        let mesh = TriMesh::new(positions, triangles.indices.clone());
+        Self { mesh: mesh.expect("the mesh has triangles") }
+    }
+
+    /// Whether a point is inside: whether the surface winds around it, either way. Overlapping
+    /// parts are united, and a part that faces inwards inside another is a cavity.
+    pub fn contains(&self, p: Vec3) -> bool {
+        // A ray can slip between two triangles or meet both where they join. That is too rare to
+        // happen to two of three.
+        let winding = |ray: usize| self.winding(p, DIRECTIONS[ray]);
+        let (a, b) = (winding(0), winding(1));
+        let agreed = if a == b { a } else { winding(2) };
+        agreed != 0
+    }
+
+    /// Distance to the surface.
+    pub fn distance(&self, p: Vec3) -> f32 {
+        let p = Vector::from(p.to_array());
+        self.mesh.project_local_point(p, false).point.distance(p)
+    }
+
+    /// How many more times a ray from the point leaves than enters.
+    fn winding(&self, p: Vec3, direction: [f32; 3]) -> i32 {
+        let ray = Ray::new(Vector::from(p.to_array()), Vector::from(direction));
+        let near = self.mesh.bvh().leaves(|node| node.aabb().intersects_local_ray(&ray, f32::MAX));
+        near.map(|id| self.mesh.triangle(id))
+            .filter(|triangle| triangle.intersects_local_ray(&ray, f32::MAX))
+            .map(|triangle| if triangle.scaled_normal().dot(ray.dir) > 0.0 { 1 } else { -1 })
+            .sum()
+    }
+}

@@ -1,0 +1,83 @@
+//! Settings shared by all clip cameras, and how much room their maps take.
+
+use bevy::prelude::*;
+
+use super::{ClipMesh, MAX_CARVERS};
+
+/// Layers in the texture arrays of all carvers together: as many as wgpu guarantees.
+pub(crate) const MAX_LAYERS: u32 = 256;
+
+/// Settings shared by all clip cameras.
+#[derive(Resource, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct ClipSettings {
+    /// Width and height of a depth map in texels, rounded up to a multiple of 16.
+    ///
+    /// More texels follow curved and slanted surfaces closer; memory grows with the square
+    /// (8 bytes per texel and layer), the time of a carve frame hardly at all.
+    pub depth_map_size: u32,
+    /// The most layers that a clip mesh may take: pairs of a near and a far surface, one behind the
+    /// other as its clip camera sees them. A mesh takes no more than it needs: a convex one has a
+    /// single layer, a knot two or three.
+    ///
+    /// A lower bound saves memory and time where meshes have more; what does not fit is filled up
+    /// to the farthest surface, with a warning ([`ClipMeshCutOff`](super::ClipMeshCutOff)). With 1
+    /// every mesh is carved as published, from its nearest to its farthest surface.
+    pub most_layers: u32,
+    /// How much of a voxel is taken to be clipped.
+    pub coverage: CoverageRule,
+}
+
+impl Default for ClipSettings {
+    fn default() -> Self {
+        Self { depth_map_size: 1024, most_layers: 8, coverage: CoverageRule::default() }
+    }
+}
+
+/// How the share of a voxel that carvers leave (its coverage) is found; the opacity that occludes
+/// others is multiplied by it.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum CoverageRule {
+    /// Integrated exactly along the clip camera's line of sight, over a lattice of lines: changes
+    /// steadily when a carver moves.
+    #[default]
+    Lines,
+    /// The published rule: 9 points are tested, and 32 more where they disagree. Jumps by up to a
+    /// ninth when a carver's face reaches the outermost points.
+    Points,
+    /// One point, the voxel's centre: the cheapest, and the least steady.
+    Center,
+}
+
+/// Layers that the arrays have room for; grows and shrinks with what clip meshes need.
+///
+/// Known in the main world: textures and what binds them follow the same number.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ClipCapacity(pub u32);
+
+impl ClipCapacity {
+    fn for_layers(count: u32) -> Self {
+        Self(count.clamp(1, MAX_LAYERS).next_power_of_two())
+    }
+}
+
+impl Default for ClipCapacity {
+    fn default() -> Self {
+        Self::for_layers(0)
+    }
+}
+
+/// Layers that clip meshes need, as far as their surfaces have been counted.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct LayersWanted(pub u32);
+
+/// Makes room for a layer per carver, and for more where they are known to need them.
+pub(super) fn update_capacity(
+    carvers: Query<(), With<ClipMesh>>,
+    wanted: Res<LayersWanted>,
+    mut capacity: ResMut<ClipCapacity>,
+) {
+    let carvers = carvers.iter().len().min(MAX_CARVERS) as u32;
+    capacity.set_if_neq(ClipCapacity::for_layers(carvers.max(wanted.0)));
+}

@@ -1,0 +1,196 @@
+//! The textures behind the clip maps: arrays shared by all carvers, and what finding a mesh's
+//! layers needs in between.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferUsages, Extent3d, Texture, TextureDescriptor, TextureDimension,
+            TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::diagnostics::GpuUsage;
+
+/// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
+/// taken over whole texels.
+const TEXELS_PER_DILATION_TEXEL: u32 = 8;
+
+/// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
+const TEXELS_PER_TILE: u32 = 16;
+
+/// Of the depth maps: near and far.
+pub(crate) const LAYER_FORMAT: TextureFormat = TextureFormat::Rg32Float;
+/// Of the dilation maps: near and far of the inflated layer, then of the shrunk one.
+pub(crate) const DILATION_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+/// Of one surface seen by a clip camera.
+pub(crate) const SURFACE_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+/// Of counts of surfaces: front minus back faces, and all.
+pub(crate) const COUNT_FORMAT: TextureFormat = TextureFormat::Rg16Float;
+
+/// The texture arrays: a layer of each for every layer of every carver.
+pub(crate) struct ClipTextures {
+    /// Layers in each array.
+    pub capacity: u32,
+    /// Texels per side of a depth map.
+    pub depth_map_size: u32,
+    /// Near and far depth of a layer; near 1 and far 0 where it is empty.
+    pub depth: TextureAndView,
+    /// Near and far bound of the inflated layer, then of the shrunk one.
+    pub dilation: TextureAndView,
+    /// Extrema of the tiles of the layer being dilated.
+    pub tiles: TextureAndView,
+    /// Surfaces along each line of sight of the carver being drawn.
+    pub counts: TextureAndView,
+    /// Two surfaces of it: nearest and farthest, or one peel and the next.
+    pub surfaces: [TextureAndView; 2],
+    /// What peeling more than one layer needs besides; made when the first mesh asks for it.
+    pub peeling: Option<PeelTextures>,
+}
+
+/// What is kept from one peel to the next.
+pub(crate) struct PeelTextures {
+    /// Surfaces up to the last peeled one.
+    pub passed: TextureAndView,
+    /// The layer being filled, of every texel.
+    pub progress: Buffer,
+}
+
+/// A texture with the view of all of it.
+pub(crate) struct TextureAndView {
+    pub texture: Texture,
+    pub view: TextureView,
+}
+
+/// A depth map size that divides into tiles.
+pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
+    let step = TEXELS_PER_TILE;
+    requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
+}
+
+impl TextureAndView {
+    pub fn new(
+        device: &RenderDevice,
+        descriptor: &TextureDescriptor,
+        dimension: TextureViewDimension,
+    ) -> Self {
+        let texture = device.create_texture(descriptor);
+        let view = texture.create_view(&TextureViewDescriptor { dimension: Some(dimension), ..default() });
+        Self { texture, view }
+    }
+
+    /// A square 2D array that shaders read.
+    fn array(
+        device: &RenderDevice,
+        label: &'static str,
+        (size, layers): (u32, u32),
+        format: TextureFormat,
+        written_as: TextureUsages,
+    ) -> Self {
+        let descriptor = TextureDescriptor {
+            label: Some(label),
+            size: Extent3d { width: size, height: size, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format,
+            usage: written_as | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        Self::new(device, &descriptor, TextureViewDimension::D2Array)
+    }
+
+    /// A square that shaders read.
+    fn single(
+        device: &RenderDevice,
+        label: &'static str,
+        size: u32,
+        format: TextureFormat,
+        written_as: TextureUsages,
+    ) -> Self {
+        let Self { texture, .. } = Self::array(device, label, (size, 1), format, written_as);
+        Self { view: texture.create_view(&default()), texture }
+    }
+}
+
+impl ClipTextures {
+    pub fn new(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> Self {
+        let stored = TextureUsages::STORAGE_BINDING;
+        let drawn = TextureUsages::RENDER_ATTACHMENT;
+        let array =
+            |label, size, format| TextureAndView::array(device, label, (size, capacity), format, stored);
+        let square = |label, size, format, usage| TextureAndView::single(device, label, size, format, usage);
+        let tiles = depth_map_size / TEXELS_PER_TILE;
+        let surface = || square("contextual_ao_surface", depth_map_size, SURFACE_FORMAT, drawn);
+        Self {
+            capacity,
+            depth_map_size,
+            depth: array("contextual_ao_depth_maps", depth_map_size, LAYER_FORMAT),
+            dilation: array(
+                "contextual_ao_dilation_maps",
+                depth_map_size / TEXELS_PER_DILATION_TEXEL,
+                DILATION_FORMAT,
+            ),
+            tiles: square("contextual_ao_depth_tiles", tiles, DILATION_FORMAT, stored),
+            counts: square("contextual_ao_surface_counts", depth_map_size, COUNT_FORMAT, drawn),
+            surfaces: [surface(), surface()],
+            peeling: None,
+        }
+    }
+
+    /// Makes what peeling needs, if it is not there.
+    pub fn prepare_peeling(&mut self, device: &RenderDevice) -> &PeelTextures {
+        let size = self.depth_map_size;
+        self.peeling.get_or_insert_with(|| PeelTextures {
+            passed: TextureAndView::single(
+                device,
+                "contextual_ao_surfaces_passed",
+                size,
+                COUNT_FORMAT,
+                TextureUsages::RENDER_ATTACHMENT,
+            ),
+            progress: device.create_buffer(&BufferDescriptor {
+                label: Some("contextual_ao_peel_progress"),
+                size: 8 * u64::from(size) * u64::from(size),
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+
+    /// Tiles along each side of a depth map.
+    pub fn tile_count(&self) -> u32 {
+        self.depth_map_size / TEXELS_PER_TILE
+    }
+
+    /// Texels per side of a dilation map.
+    pub fn dilation_map_size(&self) -> u32 {
+        self.depth_map_size / TEXELS_PER_DILATION_TEXEL
+    }
+
+    /// What they take on the device.
+    pub fn usage(&self) -> GpuUsage {
+        let [first, second] = &self.surfaces;
+        let all = [&self.depth, &self.dilation, &self.tiles, &self.counts, first, second];
+        let mut usage = usage_of(all.map(|texture| &texture.texture));
+        if let Some(peeling) = &self.peeling {
+            usage = usage + usage_of([&peeling.passed.texture]);
+            usage.bytes += peeling.progress.size();
+        }
+        usage
+    }
+}
+
+/// Number and bytes of some textures.
+pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> GpuUsage {
+    let mut usage = GpuUsage::default();
+    for texture in textures {
+        let size = texture.size();
+        let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
+        usage.textures += 1;
+        usage.bytes += texels * texture.format().block_copy_size(None).unwrap_or(4) as u64;
+    }
+    usage
+}

@@ -1,0 +1,23 @@
+// The most surfaces that a clip mesh has along any line of sight of its clip camera: how often it
+// has to be peeled.
+
+// Front faces minus back faces, and all.
+@group(0) @binding(0) var counts: texture_2d<f32>;
+@group(0) @binding(1) var<storage, read_write> most: atomic<u32>;
+
+// Texels along each side of an invocation's share.
+const SHARE: u32 = 16u;
+
+@compute @workgroup_size(8, 8)
+fn count_surfaces(@builtin(global_invocation_id) id: vec3<u32>) {
+    // The size of the maps is a multiple of SHARE.
+    if any(id.xy * SHARE >= textureDimensions(counts)) {
+        return;
+    }
+    var found = 0.0;
+    for (var k = 0u; k < SHARE * SHARE; k += 1u) {
+        let texel = id.xy * SHARE + vec2(k % SHARE, k / SHARE);
+        found = max(found, textureLoad(counts, texel, 0).g);
+    }
+    atomicMax(&most, u32(found));
+}

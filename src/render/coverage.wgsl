@@ -1,0 +1,154 @@
+// What carvers leave of a voxel: its coverage, the visible share of the box of [-1, 1]^3 voxels
+// around it (step IV of the CAO paper, section 3.5), and how they touch it.
+//
+// COVERAGE_POINTS is the published rule (algorithm 2): the centre and 8 corners; if they disagree,
+// 32 more points, 41 in all. COVERAGE_LINES needs fewer depths and changes steadily: along lines of
+// sight of the clip camera the share is known exactly from the depths, and the lines are a rank-1
+// lattice that is fixed to the carver, so that moving it moves them along; one that leaves the
+// voxel on one side fades out there and in on the other.
+
+#define_import_path bevy_contextual_ao::coverage
+
+#import bevy_contextual_ao::{
+    clip_test::{is_in_dilation, is_in_unit_square, is_visible, to_clip_map},
+    occlusion_pass::{COVERAGE_CENTER, COVERAGE_LINES, occlusion_pass},
+    volume_bindings::{Carver, OPERATION_SUBTRACT, carvers, depth_maps, volume},
+}
+
+// Published points: half extent of the box of the first 9, voxels, and how many follow.
+const FIRST_POINTS: f32 = 1.025;
+const MORE_POINTS: u32 = 32u;
+
+// Lines fade over this half width, voxels. It is small: a wide fade blurs the voxel's edge.
+const FADE: f32 = 0.1;
+// Half extent across the lines, voxels: sqrt(1 - FADE²), which keeps the box's variance, + FADE.
+const EXTENT: f32 = 1.0949874;
+// The lattice: point k is (k, 12 k mod 29) / 29. The number of points whose projections are the
+// most even over all directions, among those below the published 32.
+const LINES: u32 = 29u;
+const GENERATOR: u32 = 12u;
+// The first 8 lines are this much longer than the voxel, so that what they miss is small.
+const FIRST_LINES: f32 = 1.5;
+
+struct Clipping {
+    coverage: f32,
+    // Something that a carver removes is within the occlusion reach of the voxel.
+    is_affected: bool,
+    // A carver removes every point that can read the voxel.
+    is_removed: bool,
+}
+
+// How all carvers together clip a voxel.
+fn clip_voxel(voxel: vec3<f32>) -> Clipping {
+    let center_mm = local_position(voxel);
+    var clipping = Clipping(1.0, false, false);
+    var cuts = 0u;
+    for (var i = 0u; i < volume.carver_count; i += 1u) {
+        let p = to_clip_map(carvers[i], center_mm);
+        let is_in = is_in_dilation(carvers[i], p);
+        // Of an intersecting carver, what is outside is removed.
+        let subtracts = carvers[i].operation == OPERATION_SUBTRACT;
+        let is_affected = select(!is_in.y, is_in.x, subtracts);
+        let is_removed = select(!is_in.x, is_in.y, subtracts);
+        clipping.is_affected |= is_affected;
+        clipping.is_removed |= is_removed;
+        if occlusion_pass.coverage == COVERAGE_LINES && is_affected && !is_removed {
+            let inside = inside_share(carvers[i], p);
+            let visible = select(inside, 1.0 - inside, subtracts);
+            cuts += u32(visible > 0.0 && visible < 1.0);
+            clipping.coverage = min(clipping.coverage, visible);
+        }
+    }
+    if clipping.is_removed {
+        clipping.coverage = 0.0;
+    } else if occlusion_pass.coverage == COVERAGE_CENTER {
+        clipping.coverage = f32(is_visible(center_mm));
+    } else if clipping.is_affected && (occlusion_pass.coverage != COVERAGE_LINES || cuts > 1u) {
+        // What two carvers remove together does not follow from what each of them does.
+        clipping.coverage = visible_share(voxel);
+    }
+    return clipping;
+}
+
+fn local_position(voxel: vec3<f32>) -> vec3<f32> {
+    return (volume.local_from_voxel * vec4(voxel, 1.0)).xyz;
+}
+
+// The published rule.
+fn visible_share(voxel: vec3<f32>) -> f32 {
+    var visible = u32(is_visible(local_position(voxel)));
+    for (var corner = 0u; corner < 8u; corner += 1u) {
+        let sign = vec3<f32>(vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u)) * 2.0 - 1.0;
+        visible += u32(is_visible(local_position(voxel + sign * FIRST_POINTS)));
+    }
+    if visible == 0u || visible == 9u {
+        return f32(visible) / 9.0;
+    }
+    for (var k = 0u; k < MORE_POINTS; k += 1u) {
+        visible += u32(is_visible(local_position(voxel + spread_point(k))));
+    }
+    return f32(visible) / f32(9u + MORE_POINTS);
+}
+
+// Point k of the R3 low-discrepancy sequence (Roberts 2018), in [-1, 1]^3.
+fn spread_point(k: u32) -> vec3<f32> {
+    let step = vec3(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+    return 2.0 * fract(vec3(0.5) + f32(k + 1u) * step) - 1.0;
+}
+
+// How much of a line of sight through `p` is inside a carver's mesh, of `half_length` to either side.
+fn length_inside(carver: Carver, p: vec3<f32>, half_length: f32) -> f32 {
+    if !is_in_unit_square(p.xy) {
+        return 0.0;
+    }
+    let texel = vec2<u32>(p.xy * volume.depth_map_size);
+    var inside = 0.0;
+    for (var layer = carver.first_layer; layer < carver.end_layer; layer += 1u) {
+        let depths = textureLoad(depth_maps, texel, layer, 0);
+        inside += max(0.0, min(depths.g, p.z + half_length) - max(depths.r, p.z - half_length));
+    }
+    return inside;
+}
+
+// The share of a voxel at `p` (clip map space) that is inside a carver's mesh. The voxel is taken as
+// a box of the same variance that has one edge along the line of sight (`CarverUniform`).
+fn inside_share(carver: Carver, p: vec3<f32>) -> f32 {
+    // At its corners and the middles of its sides: most voxels are all in or all out.
+    let first_half = FIRST_LINES * carver.footprint_z;
+    var some_in = false;
+    var some_out = false;
+    for (var k = 0u; k < 9u; k += 1u) {
+        if k == 4u {
+            continue;
+        }
+        let offset = (vec2<f32>(vec2(k % 3u, k / 3u)) - 1.0) * EXTENT;
+        let inside = length_inside(carver, beside(carver, p, offset), first_half);
+        some_in |= inside > 0.0;
+        some_out |= inside < 1.999 * first_half;
+        if some_in && some_out {
+            break;
+        }
+    }
+    if !(some_in && some_out) {
+        return f32(some_in);
+    }
+    // The voxel's place in the carver's lattice.
+    let x = p.x / carver.footprint_x.x;
+    let place = vec2(x, (p.y - carver.footprint_x.y * x) / carver.footprint_y.x) / (2.0 * EXTENT);
+    let half = carver.footprint_z;
+    var inside = 0.0;
+    var weights = 0.0;
+    for (var k = 0u; k < LINES; k += 1u) {
+        let point = (vec2<f32>(vec2(k, (GENERATOR * k) % LINES)) + 0.5) / f32(LINES);
+        let offset = (fract(point - place + 0.5) - 0.5) * (2.0 * EXTENT);
+        let fades = saturate((EXTENT - abs(offset)) / (2.0 * FADE));
+        inside += fades.x * fades.y * length_inside(carver, beside(carver, p, offset), half);
+        weights += fades.x * fades.y;
+    }
+    return saturate(inside / (2.0 * half * weights));
+}
+
+// A point beside `p` (clip map space) by an offset in voxels across the line of sight.
+fn beside(carver: Carver, p: vec3<f32>, offset: vec2<f32>) -> vec3<f32> {
+    return p + offset.x * carver.footprint_x + offset.y * vec3(0.0, carver.footprint_y);
+}

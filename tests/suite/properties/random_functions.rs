@@ -1,0 +1,45 @@
+//! Random transfer functions, and their files.
+
+use super::random::Random;
+
+/// Random points of a transfer function, sorted by value: value, red, green, blue, opacity.
+pub(crate) fn points(random: &mut Random) -> Vec<[f32; 5]> {
+    let count = 1 + random.below(6);
+    let mut value = random.pick(&[-1024.0, 0.0, 0.125]);
+    let mut point = || {
+        // Some share a value: steps.
+        value += random.pick(&[0.0, 1.0, 1000.5]);
+        [value, random.share(), random.share(), random.share(), random.share()]
+    };
+    (0..count).map(|_| point()).collect()
+}
+
+/// The points as RON.
+pub(crate) fn ron(random: &mut Random, points: &[[f32; 5]]) -> String {
+    let point = |[value, red, green, blue, opacity]: &[f32; 5]| {
+        format!("(value: {value:?}, color: ({red:?}, {green:?}, {blue:?}), opacity: {opacity:?}),\n")
+    };
+    let points: String = points.iter().map(point).collect();
+    let unit = random.pick(&["", ", opacity_unit_distance_mm: 0.5"]);
+    format!("(points: [{points}]{unit})")
+}
+
+/// The points as 3D Slicer's volume property.
+pub(crate) fn slicer_vp(random: &mut Random, points: &[[f32; 5]]) -> String {
+    let explain = |what: &str, random: &mut Random| match random.flip() {
+        true => format!(" => {what}\n"),
+        false => "\n".into(),
+    };
+    let opacities: String = points.iter().map(|[value, .., opacity]| format!(" {value} {opacity}")).collect();
+    let color = |[value, red, green, blue, _]: &[f32; 5]| format!(" {value} {red} {green} {blue}");
+    let colors: String = points.iter().map(color).collect();
+    let (opacity_count, color_count) = (2 * points.len(), 4 * points.len());
+    let mut line = |text: String, what| text + &explain(what, random);
+    [
+        line("1\n1\n0.9\n0.1\n0.2\n10".into(), "specular power"),
+        line(format!("{opacity_count}{opacities}"), "scalar opacity"),
+        line("4 0 1 255 1".into(), "gradient opacity"),
+        line(format!("{color_count}{colors}"), "color"),
+    ]
+    .concat()
+}

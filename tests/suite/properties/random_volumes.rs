@@ -1,0 +1,239 @@
+//! Random, well-formed volume files, in every way to write them.
+
+use std::io::Write;
+
+use flate2::{Compression, write::GzEncoder, write::ZlibEncoder};
+
+use super::random::Random;
+
+/// A number type of voxels: its names, its range as far as doubles are exact, its little-endian bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct Scalar {
+    nifti: i16,
+    nrrd: &'static str,
+    meta_image: &'static str,
+    range: [f64; 2],
+    fraction: bool,
+    bytes: fn(f64) -> Vec<u8>,
+}
+
+macro_rules! scalar {
+    ($number:ty, $fraction:literal, $nifti:literal, $nrrd:literal, $meta_image:literal) => {
+        Scalar {
+            nifti: $nifti,
+            nrrd: $nrrd,
+            meta_image: $meta_image,
+            range: [(<$number>::MIN as f64).max(-9e15), (<$number>::MAX as f64).min(9e15)],
+            fraction: $fraction,
+            bytes: |value| (value as $number).to_le_bytes().to_vec(),
+        }
+    };
+}
+
+const SCALARS: [Scalar; 10] = [
+    scalar!(u8, false, 2, "uchar", "MET_UCHAR"),
+    scalar!(i8, false, 256, "signed char", "MET_CHAR"),
+    scalar!(u16, false, 512, "unsigned  short", "MET_USHORT"),
+    scalar!(i16, false, 4, "int16_t", "MET_SHORT"),
+    scalar!(u32, false, 768, "uint", "MET_UINT"),
+    scalar!(i32, false, 8, "int", "MET_LONG"),
+    scalar!(u64, false, 1280, "unsigned long long int", "met_ulong_long"),
+    scalar!(i64, false, 1024, "longlong", "MET_LONG_LONG"),
+    scalar!(f32, true, 16, "float", "MET_FLOAT"),
+    scalar!(f64, true, 64, "Double", "MET_DOUBLE"),
+];
+
+/// What a volume file says.
+#[derive(Clone)]
+pub(crate) struct Grid {
+    pub(crate) sizes: [u16; 3],
+    pub(crate) spacing: [f32; 3],
+    pub(crate) values: Vec<f64>,
+    /// Slope and intercept; NRRD knows none.
+    pub(crate) rescale: [f32; 2],
+    scalar: Scalar,
+}
+
+impl Grid {
+    /// A small one that every format can hold.
+    pub(crate) fn random(random: &mut Random) -> Self {
+        let sizes = [(); 3].map(|()| 1 + random.below(5) as u16);
+        let count: u16 = sizes.iter().product();
+        let scalar = random.pick(&SCALARS);
+        let [low, high] = scalar.range;
+        // Narrow ranges are kept exactly, wide ones in steps.
+        let width = random.pick(&[0f64, 1.0, 255.0, 65_535.0, 1e6, 1e12]).min(high - low);
+        let first = (low + (high - low - width) * f64::from(random.share())).round();
+        let value = |random: &mut Random| {
+            let value = first + width * f64::from(random.share());
+            // As the type holds it.
+            if scalar.fraction { f64::from(value as f32) } else { value.round() }
+        };
+        Self {
+            sizes,
+            spacing: [(); 3].map(|()| random.pick(&[0.25, 1.0, 1.5, 300.0])),
+            values: (0..count).map(|_| value(random)).collect(),
+            rescale: random.pick(&[[1.0, 0.0], [2.0, -1024.0], [-0.5, 3.0]]),
+            scalar,
+        }
+    }
+
+    fn data(&self, big_endian: bool) -> Vec<u8> {
+        let number = |&value: &f64| {
+            let mut bytes = (self.scalar.bytes)(value);
+            if big_endian {
+                bytes.reverse();
+            }
+            bytes
+        };
+        self.values.iter().flat_map(number).collect()
+    }
+}
+
+/// The files of one volume by name: the header's first, then that of the data, where they are apart.
+pub(crate) type Files = Vec<(&'static str, Vec<u8>)>;
+
+/// Writes a grid in one of many ways.
+type Writer = fn(&mut Random, &Grid) -> Files;
+
+/// The formats by name.
+pub(crate) const FORMATS: [(&str, Writer); 3] =
+    [("nifti", nifti), ("nrrd", nrrd), ("meta_image", meta_image)];
+
+fn nifti(random: &mut Random, grid: &Grid) -> Files {
+    let (big_endian, attached) = (random.flip(), random.flip());
+    let offset = if attached { random.pick(&[0, 352, 368]) } else { random.pick(&[0, 16]) };
+    let mut header = vec![0; 352];
+    let mut put = |at: usize, little_endian: &[u8]| {
+        let field = &mut header[at..at + little_endian.len()];
+        field.copy_from_slice(little_endian);
+        if big_endian {
+            field.reverse();
+        }
+    };
+    put(0, &348i32.to_le_bytes());
+    put(40, &random.pick(&[3i16, 4, 7]).to_le_bytes());
+    for axis in 0..7 {
+        put(42 + 2 * axis, &grid.sizes.get(axis).unwrap_or(&1).to_le_bytes());
+        put(80 + 4 * axis, &grid.spacing.get(axis).unwrap_or(&1.0).to_le_bytes());
+    }
+    put(70, &grid.scalar.nifti.to_le_bytes());
+    put(108, &(offset as f32).to_le_bytes());
+    put(112, &grid.rescale[0].to_le_bytes());
+    put(116, &grid.rescale[1].to_le_bytes());
+    // Half a turn around x, for those that have a qform.
+    put(252, &random.pick(&[0i16, 1]).to_le_bytes());
+    put(256, &1f32.to_le_bytes());
+    header[344..].copy_from_slice(if attached { b"n+1\0\0\0\0\0" } else { b"ni1\0\0\0\0\0" });
+    let data = [vec![0; if attached { 0 } else { offset }], grid.data(big_endian)].concat();
+    let mut perhaps_gzip = |bytes: Vec<u8>| if random.flip() { gzip(&bytes) } else { bytes };
+    if attached {
+        header.resize(offset.max(352), 0);
+        return vec![("a.nii", perhaps_gzip([header, data].concat()))];
+    }
+    let header = perhaps_gzip(header);
+    vec![("a.hdr", header), ("a.img", perhaps_gzip(data))]
+}
+
+fn nrrd(random: &mut Random, grid: &Grid) -> Files {
+    let (big_endian, attached) = (random.flip(), random.flip());
+    let encoding = random.pick(&["raw", "gzip", "gz", "ascii", "text"]);
+    let is_text = matches!(encoding, "ascii" | "text");
+    let (line_skip, byte_skip) = (random.below(3), random.pick(if is_text { &[0, 3] } else { &[0, 3, -1] }));
+    let [x, y, z] = grid.sizes;
+    let [dx, dy, dz] = grid.spacing;
+    let geometry = match random.below(3) {
+        0 => format!("dimension: 3\nsizes: {x} {y} {z}\nspacings: {dx} {dy} {dz}\n"),
+        kind => {
+            let (dimension, size, none) = if kind == 1 { (3, "", "") } else { (4, "1 ", "none ") };
+            format!(
+                "dimension: {dimension}\nspace: LPS\nsizes: {size}{x} {y} {z}\n\
+                 space directions: {none}(0,{dx},0) (-{dy},0,0) (0,0,{dz})\nspace origin: (1,2e1,-3)\n"
+            )
+        }
+    };
+    let version = 1 + random.below(5);
+    let scalar = grid.scalar.nrrd;
+    let endian = if big_endian { "big" } else { "little" };
+    let mut header = format!(
+        "NRRD000{version}\n# a comment\ntype: {scalar}\n{geometry}encoding: {encoding}\nendian: {endian}\n\
+         line skip: {line_skip}\nbyteskip: {byte_skip}\nkey:=value\n"
+    );
+    header += if attached { "\n" } else { "data file: a.raw\n" };
+    if random.flip() {
+        header = header.replace('\n', "\r\n");
+    }
+    let voxels = if is_text { text(random, grid) } else { grid.data(big_endian) };
+    let mut data = "skipped\n".repeat(line_skip).into_bytes();
+    let body = between_junk(random, voxels, byte_skip);
+    data.extend(if encoding.starts_with('g') { gzip(&body) } else { body });
+    one_or_two_files(attached, ["a.nhdr", "a.raw"], header, data)
+}
+
+fn meta_image(random: &mut Random, grid: &Grid) -> Files {
+    let (big_endian, attached) = (random.flip(), random.flip());
+    let encoding = random.pick(&["raw", "zlib", "gzip", "text"]);
+    let is_text = encoding == "text";
+    let skip = random.pick(if is_text { &[0, 3] } else { &[0, 3, -1] });
+    let [x, y, z] = grid.sizes;
+    let [dx, dy, dz] = grid.spacing;
+    let [slope, intercept] = grid.rescale;
+    let scalar = grid.scalar.meta_image;
+    let compressed = matches!(encoding, "zlib" | "gzip");
+    let file = if attached { "LOCAL" } else { "a.raw" };
+    let header = format!(
+        "ObjectType = Image\nNDims = 3\nBinaryData = {}\nBinaryDataByteOrderMSB = {big_endian}\n\
+         CompressedData = {compressed}\nTransformMatrix = 0 1 0 1 0 0 0 0 -1\nOffset = 1 -2 3.5\n\
+         ElementSpacing = {dx} {dy} {dz}\nDimSize = {x} {y} {z}\nHeaderSize = {skip}\n\
+         ElementToIntensityFunctionSlope = {slope}\nElementToIntensityFunctionOffset = {intercept}\n\
+         ElementType = {scalar}\nElementDataFile = {file}\n",
+        !is_text
+    );
+    let voxels = if is_text { text(random, grid) } else { grid.data(big_endian) };
+    let body = between_junk(random, voxels, skip);
+    let data = match encoding {
+        "zlib" => zlib(&body),
+        "gzip" => gzip(&body),
+        _ => body,
+    };
+    one_or_two_files(attached, ["a.mhd", "a.raw"], header, data)
+}
+
+/// The voxels as numbers in text.
+fn text(random: &mut Random, grid: &Grid) -> Vec<u8> {
+    let numbers = grid.values.iter().map(|value| format!("{value}{}", random.pick(&[" ", "\n", ", "])));
+    numbers.collect::<String>().into_bytes()
+}
+
+/// The voxels after bytes to skip; and before others, unless -1 says that the voxels come last.
+fn between_junk(random: &mut Random, voxels: Vec<u8>, byte_skip: i32) -> Vec<u8> {
+    let before = usize::try_from(byte_skip).unwrap_or(random.below(9));
+    let after = if byte_skip < 0 { 0 } else { random.below(9) };
+    [random.bytes(before), voxels, random.bytes(after)].concat()
+}
+
+fn one_or_two_files(attached: bool, names: [&'static str; 2], header: String, data: Vec<u8>) -> Files {
+    let header = header.into_bytes();
+    if attached {
+        vec![(names[0], [header, data].concat())]
+    } else {
+        vec![(names[0], header), (names[1], data)]
+    }
+}
+
+/// Compressed in two members, as some programs do, and padded.
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let (first, second) = bytes.split_at(bytes.len() / 2);
+    let member = |bytes: &[u8]| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    [member(first), member(second), vec![0; 5]].concat()
+}
+
+fn zlib(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
