@@ -157,4 +157,6 @@ pub struct RenderStatus {
     pub usage: GpuUsage,
     /// What has run.
     pub passes: PassLog,
+    /// Layers of the depth maps of all carvers together.
+    pub clip_layers: u32,
 }

@@ -80,7 +80,7 @@ fn receive_report(
     let Ok(mut report) = channel.0.lock() else {
         return;
     };
-    let new = RenderStatus { usage: report.usage, passes: report.passes };
+    let new = RenderStatus { usage: report.usage, passes: report.passes, clip_layers: report.layers_wanted };
     status.set_if_neq(new);
     layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));
     if *cut_off != report.cut_off {

@@ -11,6 +11,7 @@ use bevy::{
     render::{
         RenderApp, RenderPlugin,
         diagnostic::RenderDiagnosticsPlugin,
+        error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
         render_resource::{
             BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, MapMode, PollType,
@@ -42,6 +43,10 @@ pub struct Headless {
     target: Handle<Image>,
 }
 
+/// What the renderer complained about.
+#[derive(Resource, Default)]
+struct RenderErrors(Vec<String>);
+
 /// Volumes that could not be shown.
 #[derive(Resource, Default)]
 struct Failures(Vec<String>);
@@ -69,6 +74,11 @@ impl Headless {
             .disable::<bevy::log::LogPlugin>();
         app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()))
             .init_resource::<Failures>()
+            .init_resource::<RenderErrors>()
+            .insert_resource(RenderErrorHandler(|error, main_world, _| {
+                main_world.resource_mut::<RenderErrors>().0.push(format!("{error:?}"));
+                RenderErrorPolicy::StopRendering
+            }))
             .add_observer(|failed: On<VolumeFailed>, mut failures: ResMut<Failures>| {
                 failures.0.push(failed.error.clone());
             });
@@ -102,12 +112,14 @@ impl Headless {
         )
     }
 
-    /// Runs one frame, and waits for the GPU to finish it.
+    /// Runs one frame, and waits for the GPU to finish it. Panics where the renderer was used wrongly.
     pub fn frame(&mut self) {
         self.app.update();
         let device = self.app.world().resource::<RenderDevice>();
         // An error means that the device was lost; the frames that follow show nothing.
         let _ = device.poll(PollType::wait_indefinitely());
+        let errors = &self.app.world().resource::<RenderErrors>().0;
+        assert!(errors.is_empty(), "the renderer complains: {}", errors[0]);
     }
 
     /// Runs frames until the volume has been read and drawn for the first time with all its
@@ -146,7 +158,6 @@ impl Headless {
     }
 
     /// The rendered image, RGBA, rows downwards.
-    #[allow(dead_code, reason = "not every example that includes this file needs it")]
     pub fn image(&self) -> Vec<u8> {
         let world = self.render_world();
         let images = world.resource::<RenderAssets<GpuImage>>();
@@ -154,7 +165,6 @@ impl Headless {
     }
 
     /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
-    #[allow(dead_code, reason = "not every example that includes this file needs it")]
     pub fn voxels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
         let Some(texture) = self.texture(volume, which) else {
             return Vec::new();
@@ -173,7 +183,6 @@ impl Headless {
     }
 
     /// Milliseconds that a pass took when it last ran.
-    #[allow(dead_code, reason = "not every example that includes this file needs it")]
     pub fn pass_ms(&self, span: &str) -> f64 {
         let status = self.app.world().resource::<RenderStatus>();
         let by_clock = status.passes.clock_ms(span);
@@ -181,13 +190,11 @@ impl Headless {
     }
 
     /// The diagnostics of the frames so far.
-    #[allow(dead_code, reason = "not every example that includes this file needs it")]
     pub fn diagnostics(&self) -> &DiagnosticsStore {
         self.app.world().resource::<DiagnosticsStore>()
     }
 
     /// Counts how often a schedule runs in the render world; for tests.
-    #[allow(dead_code, reason = "not every example that includes this file needs it")]
     pub fn add_render_system<M>(
         &mut self,
         schedule: impl ScheduleLabel,

@@ -1,8 +1,6 @@
 //! Which points are inside a closed mesh, by winding number: the reference that what is carved with
 //! a mesh is compared against.
 
-#![allow(dead_code, reason = "not every example that includes this file needs all")]
-
 use super::shapes::Triangles;
 use bevy::prelude::*;
 use parry3d::{

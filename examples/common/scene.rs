@@ -50,7 +50,6 @@ pub struct SceneOptions {
 }
 
 /// The entities of a scene.
-#[allow(dead_code, reason = "not every example that includes this file needs all")]
 pub struct Scene {
     pub volume: Entity,
     pub carvers: Vec<Entity>,

@@ -1,8 +1,6 @@
 //! Closed triangle meshes made from a few numbers, to cut with and to test against: what is inside
 //! each of them is known or can be computed exactly.
 
-#![allow(dead_code, reason = "not every example that includes this file needs all")]
-
 use bevy::{
     asset::RenderAssetUsages,
     math::Affine3A,

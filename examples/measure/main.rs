@@ -14,6 +14,7 @@ use clap::Parser;
 use common::{
     headless::Headless,
     scene::{Scene, SceneOptions},
+    stability,
 };
 use serde_json::json;
 use std::time::Instant;
@@ -33,6 +34,10 @@ struct Options {
     /// Frames that are measured.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
+    /// Instead: how steady and exact clipping is where such methods fail, a JSON line per figure
+    /// (half an hour on a software driver). The scene's options play no part.
+    #[arg(long)]
+    stability: bool,
     /// Frames before those.
     #[arg(long, default_value_t = 3)]
     warmup: u32,
@@ -40,6 +45,14 @@ struct Options {
 
 fn main() -> Result<(), String> {
     let options = Options::parse();
+    if options.stability {
+        let mut broken = 0;
+        stability::run_all(|figure| {
+            broken += usize::from(!figure.holds());
+            println!("{}", figure.to_json());
+        });
+        return if broken == 0 { Ok(()) } else { Err(format!("{broken} figures exceed their bounds")) };
+    }
     let mut headless = Headless::new(options.scene.size, |_| {});
     let scene = options.scene.spawn(&mut headless)?;
     if scene.carvers.is_empty() {

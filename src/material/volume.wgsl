@@ -1,7 +1,8 @@
 // Step VI of the CAO paper (section 3.5): front-to-back ray casting of a volume with the clip test
 // at every sample. Samples are classified after interpolation, shaded by the occlusion volume
 // (V_AO) and, where asked for, by Blinn-Phong with gradients of the clipped opacity (V_o, 3D
-// Sobel) and a light at the camera.
+// Sobel) and a light at the camera. Where a ray leaves a carver, the cut is found and sampled: the
+// paper samples at steps alone.
 //
 // Drawn on the back faces of the volume's box, so that the camera may be inside it; opaque
 // geometry ends a ray where the depth prepass has it.
@@ -30,6 +31,8 @@
 
 // A ray is finished when this much is accumulated.
 const OPAQUE: f32 = 0.99;
+// A cut is found to within this power of two of a step: less than a byte of shading.
+const CUT_HALVINGS: i32 = 6;
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
@@ -77,6 +80,41 @@ fn shade(color: vec3<f32>, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
 }
 
+// Colour and opacity so far, premultiplied.
+struct Pixel {
+    color: vec3<f32>,
+    alpha: f32,
+}
+
+fn classify(p: vec3<f32>) -> vec4<f32> {
+    return classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r);
+}
+
+// Adds a sample that stands for so many steps of the ray behind it.
+fn accumulate(before: Pixel, sample: vec4<f32>, p: vec3<f32>, direction: vec3<f32>, steps: f32) -> Pixel {
+    let opacity = (1.0 - before.alpha) * correct_opacity(sample.a, steps * volume.draw_exponent);
+    if opacity <= 0.0 {
+        return before;
+    }
+    return Pixel(before.color + opacity * shade(sample.rgb, p, direction), before.alpha + opacity);
+}
+
+// How far before a visible point the cut is, mm, if the point a step before is clipped: the last
+// visible point found by halving.
+fn cut_before(near: vec3<f32>, along: f32, direction: vec3<f32>) -> f32 {
+    var visible_mm = 0.0;
+    var clipped_mm = volume.draw_step_mm;
+    for (var k = 0; k < CUT_HALVINGS; k += 1) {
+        let middle_mm = 0.5 * (visible_mm + clipped_mm);
+        if is_visible(near + (along - middle_mm) * direction) {
+            visible_mm = middle_mm;
+        } else {
+            clipped_mm = middle_mm;
+        }
+    }
+    return visible_mm;
+}
+
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
     // A mirrored volume shows its back faces as front faces.
@@ -111,31 +149,43 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     if has(SHADE_JITTER) {
         offset = noise(floor(in.position.xy));
     }
-    var color = vec3(0.0);
-    var alpha = 0.0;
+    var pixel = Pixel(vec3(0.0), 0.0);
+    // Whether the sample before was opaque but clipped: then there is a cut before this one.
+    var was_clipped = false;
     let count = u32(max(ceil((end_mm - start_mm) / volume.draw_step_mm - offset), 0.0));
     for (var i = 0u; i < count; i += 1u) {
         let along = start_mm + (f32(i) + offset) * volume.draw_step_mm;
         let p = origin + along * velocity;
-        let sample = classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r);
-        if sample.a <= 0.0 || !is_visible(near + along * direction) {
+        let sample = classify(p);
+        if sample.a <= 0.0 {
+            was_clipped = false;
             continue;
         }
-        let opacity = (1.0 - alpha) * correct_opacity(sample.a, volume.draw_exponent);
-        color += opacity * shade(sample.rgb, p, direction);
-        alpha += opacity;
-        if alpha >= OPAQUE {
+        if !is_visible(near + along * direction) {
+            was_clipped = true;
+            continue;
+        }
+        if was_clipped {
+            // One more sample where the cut is: surfaces stay where they are when a carver moves by
+            // less than a step, and are as smooth as the carver.
+            let before_mm = cut_before(near, along, direction);
+            let cut = origin + (along - before_mm) * velocity;
+            pixel = accumulate(pixel, classify(cut), cut, direction, before_mm / volume.draw_step_mm);
+            was_clipped = false;
+        }
+        pixel = accumulate(pixel, sample, p, direction, 1.0);
+        if pixel.alpha >= OPAQUE {
             // What little is left is of the same colour, not of the background's.
-            color /= alpha;
-            alpha = 1.0;
+            pixel = Pixel(pixel.color / pixel.alpha, 1.0);
             break;
         }
     }
-    if alpha <= 0.0 {
+    if pixel.alpha <= 0.0 {
         discard;
     }
 #ifdef TONEMAP_IN_SHADER
-    color = tone_mapping(vec4(color / alpha, 1.0), view.color_grading).rgb * alpha;
+    let mapped = tone_mapping(vec4(pixel.color / pixel.alpha, 1.0), view.color_grading).rgb;
+    pixel.color = mapped * pixel.alpha;
 #endif
-    return vec4(color, alpha);
+    return vec4(pixel.color, pixel.alpha);
 }

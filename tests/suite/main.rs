@@ -3,8 +3,10 @@
 //! Those that draw run real GPU code in apps without a window, on whatever Vulkan driver there is;
 //! a software driver will do.
 
-#[path = "../../examples/common/headless.rs"]
-mod headless;
+#[path = "../../examples/common/mod.rs"]
+mod common;
+
+use common::{headless, small_scene as scene};
 
 mod assets;
 mod awkward;
@@ -16,7 +18,7 @@ mod lifecycle;
 mod oracle;
 mod properties;
 mod readers;
-mod scene;
 mod shaders;
 mod small_files;
+mod stability;
 mod transfer_function;

@@ -1,7 +1,6 @@
 //! What holds for every file: written well it is read as written, however broken it is only refused.
 
 mod peak_memory;
-pub(crate) mod random;
 mod random_functions;
 mod random_volumes;
 
@@ -12,10 +11,10 @@ use bevy::math::{UVec3, Vec3};
 use bevy_contextual_ao::volume::{ControlPoint, TransferFunction, Volume, VolumeFileError, read_volume_file};
 
 use self::peak_memory::with_peak;
-use self::random::Random;
 use self::random_functions::{points, ron, slicer_vp};
 use self::random_volumes::{FORMATS, Files, Grid};
 use super::small_files::Scratch;
+use crate::common::random::{self, Random};
 
 /// More than any of the files here needs: they are of a few kilobytes, and decompress to little more.
 const MEMORY: u64 = 1 << 20;

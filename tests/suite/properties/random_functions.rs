@@ -26,15 +26,13 @@ pub(crate) fn ron(random: &mut Random, points: &[[f32; 5]]) -> String {
 
 /// The points as 3D Slicer's volume property.
 pub(crate) fn slicer_vp(random: &mut Random, points: &[[f32; 5]]) -> String {
-    let explain = |what: &str, random: &mut Random| match random.flip() {
-        true => format!(" => {what}\n"),
-        false => "\n".into(),
-    };
     let opacities: String = points.iter().map(|[value, .., opacity]| format!(" {value} {opacity}")).collect();
     let color = |[value, red, green, blue, _]: &[f32; 5]| format!(" {value} {red} {green} {blue}");
     let colors: String = points.iter().map(color).collect();
     let (opacity_count, color_count) = (2 * points.len(), 4 * points.len());
-    let mut line = |text: String, what| text + &explain(what, random);
+    // What follows an arrow is an explanation.
+    let mut line =
+        |text: String, what| if random.flip() { format!("{text} => {what}\n") } else { text + "\n" };
     [
         line("1\n1\n0.9\n0.1\n0.2\n10".into(), "specular power"),
         line(format!("{opacity_count}{opacities}"), "scalar opacity"),

@@ -1,4 +1,4 @@
-//! Small scenes for tests, and what can be read of them.
+//! Small scenes for tests and figures of stability, and what can be read of them.
 
 use bevy::{
     math::{DAffine3, DVec2, DVec3, Vec3Swizzles},
@@ -11,7 +11,7 @@ use bevy_contextual_ao::{
     volume::{Intensities, Rescale, WORLD_UNITS_PER_MM},
 };
 
-use crate::headless::Headless;
+use super::{headless::Headless, shapes::Triangles};
 
 /// Size of the images that tests render.
 pub const IMAGE: UVec2 = UVec2::splat(96);
@@ -42,6 +42,11 @@ pub fn volume_from(dimensions: UVec3, spacing: DVec3, value: impl Fn(DVec3) -> f
     let grid_to_patient = DAffine3::from_scale(spacing);
     Volume::new(dimensions, grid_to_patient, Intensities::U8(values), Rescale::default())
         .expect("a valid volume")
+}
+
+/// A volume of voxels of 1 mm, all of the highest intensity.
+pub fn solid_volume(dimensions: UVec3) -> Volume {
+    volume_from(dimensions, DVec3::ONE, |_| 1.0)
 }
 
 /// Opaque from half the intensity range on.
@@ -119,6 +124,16 @@ impl TestScene {
         self.world().entity_mut(carver).insert(in_world_units(transform_mm));
     }
 
+    /// Spawns a carver made of triangles, in mm; the transform is in mm from the volume's centre.
+    pub fn carve_with(&mut self, triangles: &Triangles, transform_mm: Transform) -> Entity {
+        self.carve(triangles.mesh(), ClipMesh::default(), transform_mm)
+    }
+
+    /// Changes the settings of all clip cameras.
+    pub fn set_clip(&mut self, change: impl FnOnce(&mut ClipSettings)) {
+        change(&mut self.world().resource_mut::<ClipSettings>());
+    }
+
     pub fn set_mode(&mut self, mode: ShadingMode) {
         let volume = self.volume;
         let mut shading = self.world().get_mut::<VolumeShading>(volume).expect("the volume's shading");
@@ -132,6 +147,20 @@ impl TestScene {
 
     pub fn occlusion(&self) -> Vec<u8> {
         self.headless.voxels(self.volume, VolumeTexture::Occlusion)
+    }
+
+    /// Occlusion of the voxels that can be read, the others as 0.
+    pub fn sampled_occlusion(&self) -> Vec<u8> {
+        let categories = self.categories();
+        let values = self.occlusion().into_iter().zip(&categories);
+        values.map(|(value, category)| if *category == 0 { 0 } else { value }).collect()
+    }
+
+    /// The camera.
+    pub fn camera(&mut self) -> Entity {
+        let world = self.world();
+        let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
+        cameras.iter(world).next().expect("the scene has a camera")
     }
 
     pub fn categories(&self) -> Vec<u8> {

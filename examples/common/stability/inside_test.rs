@@ -1,0 +1,127 @@
+//! Concave meshes: which points the clip test takes to be inside, against an exact test.
+
+use bevy::{math::Affine3A, prelude::*};
+use bevy_contextual_ao::{clip::ClipFrame, prelude::*, volume::VolumeGeometry};
+
+use super::{
+    super::{
+        inside::InsideTest,
+        shapes::Triangles,
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
+    },
+    Figure,
+};
+
+/// Meshes that hide parts of themselves, about 30 mm in size, and turned so that no side of their
+/// bounds lies along their own axes.
+pub fn concave_meshes() -> Vec<(String, Triangles)> {
+    let turned = |mesh: Triangles, x: f32, y: f32| {
+        mesh.rotated(Quat::from_euler(EulerRot::XYZ, x.to_radians(), y.to_radians(), 0.0))
+    };
+    let torus = || Triangles::torus(10.0, 3.5, 96, 48);
+    let mut meshes: Vec<_> = [(0, 0), (30, 0), (45, 45), (60, 20), (90, 0), (0, 90)]
+        .into_iter()
+        .map(|(x, y)| (format!("torus turned {x}, {y} degrees"), turned(torus(), x as f32, y as f32)))
+        .collect();
+    let bowl = || Triangles::bowl(14.0, 11.0, 64);
+    let bracket = || Triangles::l_bracket(24.0, 7.0, 14.0);
+    let spheres = || Triangles::two_spheres(6.0, 16.0, 24);
+    // Where the last two share a face, its triangles coincide.
+    let blocks = Triangles::cuboid(Vec3::new(8.0, 20.0, 8.0))
+        .merged(Triangles::cuboid(Vec3::new(8.0, 8.0, 8.0)).translated(Vec3::new(8.0, 6.0, 0.0)));
+    let overlapping =
+        Triangles::sphere(8.0, 24).merged(Triangles::sphere(8.0, 24).translated(Vec3::new(3.0, 4.0, 6.0)));
+    meshes.extend(
+        [
+            ("bowl", bowl()),
+            ("bowl turned", turned(bowl(), 65.0, 20.0)),
+            ("trefoil tube", Triangles::trefoil_tube(4.5, 1.8, 240, 24)),
+            ("trefoil tube turned", turned(Triangles::trefoil_tube(4.5, 1.8, 240, 24), 80.0, 30.0)),
+            ("L-bracket", bracket()),
+            ("L-bracket turned", turned(bracket(), 50.0, 40.0)),
+            ("two spheres", turned(spheres(), 0.0, 85.0)),
+            ("two blocks that share a face", turned(blocks, 20.0, 70.0)),
+            ("two spheres that overlap", overlapping),
+            ("flipped bowl", turned(bowl().flipped(), 65.0, 20.0)),
+        ]
+        .map(|(name, mesh)| (name.to_string(), mesh)),
+    );
+    meshes
+}
+
+/// Tests the centres of a cube of `voxels` per side with every concave mesh.
+pub fn shapes(voxels: u32, report: &mut impl FnMut(Figure)) {
+    for (name, mesh) in concave_meshes() {
+        let verdict = judge(&mesh, voxels, |_| {});
+        let figure = |figure, unit, bound, value| Figure {
+            case: name.clone(),
+            method: "peeled layers".into(),
+            figure,
+            unit,
+            bound,
+            value,
+        };
+        report(figure("layers", "pairs of depths", None, f64::from(verdict.layers)));
+        report(figure(
+            "wrong more than a texel from the surface",
+            "points",
+            Some(0.0),
+            verdict.far_wrong as f64,
+        ));
+        report(figure("wrong at all", "share of points", None, verdict.wrong_share));
+    }
+}
+
+/// What the clip test got wrong.
+pub struct Verdict {
+    /// Layers of the depth maps.
+    pub layers: u32,
+    /// Points wrong though farther than a depth texel from the surface.
+    pub far_wrong: usize,
+    /// Share of points that are wrong at all.
+    pub wrong_share: f64,
+    /// Points inside.
+    pub inside: usize,
+}
+
+/// Compares the clip test at the voxel centres of a cube with the exact test.
+pub fn judge(mesh: &Triangles, voxels: u32, change: impl FnOnce(&mut ClipSettings)) -> Verdict {
+    let (lower, upper) = mesh.positions.iter().fold((Vec3::MAX, Vec3::MIN), |(lower, upper), &p| {
+        (lower.min(Vec3::from(p)), upper.max(Vec3::from(p)))
+    });
+    let centered = mesh.clone().transformed(Affine3A::from_translation(-0.5 * (lower + upper)));
+    let half = 0.5 * (upper - lower);
+    let volume = solid_volume(UVec3::splat(voxels));
+    let geometry = VolumeGeometry::of(&volume);
+    // The mesh fills the volume but for a voxel; odd factors keep its flat faces off voxel centres.
+    let fit = (0.5 * voxels as f32 - 1.07) / half.max_element();
+    let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Phong);
+    scene.set_clip(|clip| {
+        clip.coverage = CoverageRule::Center;
+        change(clip);
+    });
+    let map_size = scene.world().resource::<ClipSettings>().depth_map_size;
+    scene.carve_with(&centered, Transform::from_scale(Vec3::splat(fit)));
+    scene.settle();
+    scene.headless.frame();
+    // The larger side of a texel, mesh units: the clip camera looks along the shortest side.
+    let frame = ClipFrame::around(Vec3::ZERO, half).expect("the mesh has an extent");
+    let texels_per_unit = frame.clip_from_local().matrix3.transpose();
+    let texel =
+        (texels_per_unit.x_axis.length().min(texels_per_unit.y_axis.length()) * map_size as f32).recip();
+    let exact = InsideTest::new(&centered);
+    let opacities = scene.opacities();
+    let (mut far_wrong, mut wrong, mut inside) = (0, 0, 0);
+    for (index, &opacity) in (0u32..).zip(&opacities) {
+        let voxel = UVec3::new(index % voxels, index / voxels % voxels, index / (voxels * voxels));
+        let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3()).as_vec3() / fit;
+        let is_inside = exact.contains(p);
+        inside += usize::from(is_inside);
+        if is_inside != (opacity == 0) {
+            wrong += 1;
+            far_wrong += usize::from(exact.distance(p) > texel);
+        }
+    }
+    let layers = scene.status().clip_layers;
+    Verdict { layers, far_wrong, wrong_share: wrong as f64 / opacities.len() as f64, inside }
+}

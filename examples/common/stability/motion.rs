@@ -1,0 +1,214 @@
+//! Small motions: how much coverage, occlusion and image change from one frame to the next, by the
+//! published coverage rule and by the default; and how close both are to the exact share.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+
+use super::{
+    super::{
+        inside::InsideTest,
+        random::Random,
+        shapes::Triangles,
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
+    },
+    Figure,
+    changes::Changes,
+    rule_name,
+};
+
+/// The published rule first, then the default.
+const RULES: [CoverageRule; 2] = [CoverageRule::Points, CoverageRule::Lines];
+const SIZE: UVec3 = UVec3::new(32, 30, 28);
+/// Where the carvers are: at the corner of the volume that the camera sees.
+const PLACE: Vec3 = Vec3::new(6.0, 6.0, 7.0);
+
+struct Case {
+    name: &'static str,
+    mesh: Triangles,
+    pose: Transform,
+}
+
+fn cases() -> [Case; 5] {
+    let at = Transform::from_translation(PLACE);
+    let oblique = Vec3::new(1.0, 2.0, 3.0).normalize();
+    let tilted = at.with_rotation(Quat::from_axis_angle(oblique, 30f32.to_radians()));
+    let cuboid = || Triangles::cuboid(Vec3::new(14.0, 11.0, 12.0));
+    let torus = || Triangles::torus(8.0, 3.0, 96, 48);
+    [
+        Case { name: "sphere", mesh: Triangles::sphere(8.0, 48), pose: at },
+        Case { name: "box", mesh: cuboid(), pose: at },
+        Case { name: "box at 30 degrees", mesh: cuboid(), pose: tilted },
+        Case { name: "torus", mesh: torus(), pose: at },
+        Case { name: "torus at 30 degrees", mesh: torus(), pose: tilted },
+    ]
+}
+
+/// A carver in a solid, opaque volume: the opacity of a voxel is its coverage.
+fn scene(case: &Case, rule: CoverageRule) -> (TestScene, Entity) {
+    let mut scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
+    scene.set_clip(|clip| clip.coverage = rule);
+    let carver = scene.carve_with(&case.mesh, case.pose);
+    scene.settle();
+    (scene, carver)
+}
+
+/// What is watched from frame to frame.
+#[derive(Default)]
+struct Watched([Changes; 3]);
+
+const WATCHED: [[&str; 2]; 3] = [
+    ["largest change of coverage", "RMS change of coverage"],
+    ["largest change of occlusion", "RMS change of occlusion"],
+    ["largest change of the image", "RMS change of the image"],
+];
+
+impl Watched {
+    fn of(case: &Case, rule: CoverageRule, frames: u32, pose: impl Fn(u32) -> Transform) -> Self {
+        let (mut scene, carver) = scene(case, rule);
+        let mut watched = Self::default();
+        for frame in 0..=frames {
+            scene.move_carver(carver, pose(frame));
+            scene.headless.frame();
+            let seen = |bytes: Vec<u8>| bytes.into_iter().map(Some).collect();
+            let occlusion = scene.occlusion().into_iter().zip(scene.categories());
+            let readable = occlusion.map(|(value, category)| (category > 0).then_some(value)).collect();
+            let now = [seen(scene.opacities()), readable, seen(scene.headless.image())];
+            for (changes, now) in watched.0.iter_mut().zip(now) {
+                changes.add(now);
+            }
+        }
+        watched
+    }
+}
+
+/// Watches both rules; `bounds_largest` is the default's bound on the largest change of coverage,
+/// as a share of the published rule's.
+fn compare(
+    name: String,
+    case: &Case,
+    frames: u32,
+    pose: impl Fn(u32) -> Transform,
+    bounds_largest: Option<f64>,
+    report: &mut impl FnMut(Figure),
+) {
+    let watched = RULES.map(|rule| Watched::of(case, rule, frames, &pose));
+    for (k, figures) in WATCHED.into_iter().enumerate() {
+        let [published, default] = [&watched[0].0[k], &watched[1].0[k]];
+        for (rule, changes, other) in [(RULES[0], published, default), (RULES[1], default, published)] {
+            let is_bounded = rule == CoverageRule::Lines && k == 0;
+            let bound = bounds_largest.filter(|_| is_bounded).map(|share| share * published.largest());
+            let figure = |figure, value, bound| Figure {
+                case: name.clone(),
+                method: rule_name(rule).into(),
+                figure,
+                unit: "of full range",
+                bound,
+                value,
+            };
+            report(figure(figures[0], changes.largest(), bound));
+            report(figure(figures[1], changes.rms(other), None));
+        }
+    }
+}
+
+/// Carvers move by 1/32 voxel per frame, in an oblique direction and along a grid axis.
+pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
+    for case in &cases() {
+        for (direction, name) in [(Vec3::new(0.48, 0.6, 0.64), "oblique"), (Vec3::X, "along x")] {
+            let pose = |frame| {
+                let moved = case.pose.translation + direction * (frame as f32 / 32.0);
+                case.pose.with_translation(moved)
+            };
+            // At least halved.
+            compare(format!("sweep {name}, {}", case.name), case, frames, pose, Some(0.5), report);
+        }
+    }
+}
+
+/// A tracked hand's noise: up to 0.1 mm and 0.1 degree.
+pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
+    for case in &cases()[..4] {
+        let pose = |frame| {
+            let mut random = Random(u64::from(frame) * 0x9e37_79b9 + 1);
+            // The first values of a seed depend on it too plainly.
+            let _ = random.point();
+            Transform {
+                translation: case.pose.translation + 0.1 * random.point(),
+                rotation: random.rotation(0.1f32.to_radians()) * case.pose.rotation,
+                scale: case.pose.scale,
+            }
+        };
+        compare(format!("tremor, {}", case.name), case, frames, pose, None, report);
+    }
+}
+
+/// How far coverage is from the exact share of the box of [-1, 1]^3 voxels that is outside the
+/// mesh, over voxels that the surface passes through.
+pub fn coverage_errors(voxels: usize, report: &mut impl FnMut(Figure)) {
+    for case in &cases() {
+        let [published, default] = RULES.map(|rule| coverage_error(case, rule, voxels));
+        for (rule, error, bound) in [(RULES[0], published, None), (RULES[1], default, Some(published))] {
+            for (figure, value, bound) in [
+                ("RMS error of coverage", error.rms, bound.map(|bound| bound.rms)),
+                ("largest error of coverage", error.largest, bound.map(|bound| bound.largest)),
+            ] {
+                let (case, method) = (case.name.to_string(), rule_name(rule).to_string());
+                report(Figure { case, method, figure, unit: "of full range", bound, value });
+            }
+        }
+    }
+}
+
+/// The error of some values.
+#[derive(Clone, Copy)]
+pub struct Error {
+    /// Root mean square.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+fn coverage_error(case: &Case, rule: CoverageRule, voxels: usize) -> Error {
+    let (scene, _) = scene(case, rule);
+    coverage_error_of(&scene, &InsideTest::new(&case.mesh), case.pose, voxels)
+}
+
+/// The error of the coverage of a solid scene's voxels, with a mesh at a pose (mm).
+pub fn coverage_error_of(scene: &TestScene, exact: &InsideTest, pose: Transform, voxels: usize) -> Error {
+    let opacities = scene.opacities();
+    let geometry = VolumeGeometry::of(&solid_volume(SIZE));
+    let mesh_from_volume = pose.to_matrix().inverse();
+    let mesh_point = |voxel: DVec3| {
+        mesh_from_volume.transform_point3(geometry.local_from_voxel.transform_point3(voxel).as_vec3())
+    };
+    let voxel = |index: u32| {
+        UVec3::new(index % SIZE.x, index / SIZE.x % SIZE.y, index / (SIZE.x * SIZE.y)).as_dvec3()
+    };
+    // Half the diagonal of the box: what the surface can pass through. Never the scale of the mesh.
+    let near: Vec<u32> = (0..SIZE.element_product())
+        .filter(|&index| exact.distance(mesh_point(voxel(index))) < 1.74)
+        .collect();
+    let (mut largest, mut squares, mut count) = (0f64, 0.0, 0);
+    for &index in near.iter().step_by((near.len() / voxels).max(1)) {
+        let covered = (0..4096u32)
+            .filter(|k| {
+                let offset = UVec3::new(k % 16, k / 16 % 16, k / 256).as_dvec3();
+                !exact.contains(mesh_point(voxel(index) + (offset + 0.5) / 8.0 - 1.0))
+            })
+            .count();
+        let error = (covered as f64 / 4096.0 - f64::from(opacities[index as usize]) / 255.0).abs();
+        largest = largest.max(error);
+        squares += error * error;
+        count += 1;
+    }
+    Error { rms: (squares / count as f64).sqrt(), largest }
+}
+
+/// The scene of the errors, for meshes of other sizes of maps.
+pub fn solid_scene(mesh: &Triangles, pose: Transform, depth_map_size: u32) -> TestScene {
+    let mut scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
+    scene.set_clip(|clip| clip.depth_map_size = depth_map_size);
+    scene.carve_with(mesh, pose);
+    scene.settle();
+    scene
+}

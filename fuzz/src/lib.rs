@@ -1,0 +1,116 @@
+//! What must hold whatever a file contains, for the fuzz targets.
+
+pub mod volume;
+
+#[path = "../../tests/suite/properties/peak_memory.rs"]
+mod peak_memory;
+
+use std::path::{Component, Path};
+
+use peak_memory::with_peak;
+use volume::{
+    TransferFunction, TransferFunctionError, Volume, VolumeError,
+    readers::{
+        Format, data_file_candidates,
+        decode::decode,
+        header::{Encoding, GridHeader},
+    },
+};
+
+/// What separates a header from its data file in the input of a fuzz target, which is one file.
+pub const DATA_FILE: &[u8] = b"\n<data file>\n";
+
+/// Memory that does not depend on the file: a decompressor's state and what is read from it at once.
+const FIXED_BYTES: u64 = 1 << 18;
+/// Memory per byte of a header or a transfer function. The worst of texts are many tiny words: of two
+/// bytes each in a `.vp`, or `=` and a line's end in MetaImage, which become two strings' 48 bytes in a
+/// list that may just have doubled its capacity.
+const PER_TEXT_BYTE: u64 = 64;
+/// Memory per byte of voxels. At most twice the voxels are kept where they are the last of a stream, in a
+/// list that may just have doubled its capacity; next to it lie up to sixteen bits per voxel.
+const PER_DATA_BYTE: u64 = 6;
+
+/// Checks the reader of a header called `name` on bytes that are its file, or it and its data file.
+pub fn check_volume(name: &str, bytes: &[u8]) {
+    let separator = bytes.windows(DATA_FILE.len()).position(|window| window == DATA_FILE);
+    let (header_file, data_file) = match separator {
+        Some(at) => (&bytes[..at], Some(&bytes[at + DATA_FILE.len()..])),
+        None => (bytes, None),
+    };
+    let folder = Path::new("folder");
+    let path = folder.join(name);
+    let format = Format::of(&path).expect("a name that the readers know");
+    let (header, peak) = with_peak(|| format.parse(header_file));
+    assert!(peak <= FIXED_BYTES + PER_TEXT_BYTE * header_file.len() as u64, "the header took {peak} bytes");
+    let Some(header) = checked(header) else { return };
+
+    let candidates = data_file_candidates(&path, &header);
+    for candidate in &candidates {
+        let below = candidate.strip_prefix(folder).expect("a data file in the header's folder");
+        assert!(below.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)));
+    }
+    let data = if candidates.is_empty() { header_file } else { data_file.unwrap_or(header_file) };
+    let (volume, peak) = with_peak(|| decode(&header, data));
+    let most = FIXED_BYTES + PER_DATA_BYTE * (data.len() as u64 + data_there(&header, data));
+    assert!(peak <= most, "{header:?} took {peak} bytes, {most} at most were expected");
+    let Some(volume) = checked(volume) else { return };
+    check_read_volume(&header, &volume);
+}
+
+/// Bytes of voxels that there can be in `data`, whatever its header claims.
+fn data_there(header: &GridHeader, data: &[u8]) -> u64 {
+    let expansion = match header.encoding {
+        Encoding::Raw => 1,
+        // Eight bytes of a number, from a digit and a space.
+        Encoding::Ascii => 4,
+        // Deflate's limit.
+        Encoding::RawOrGzip | Encoding::Gzip | Encoding::Zlib => 1032,
+    };
+    header.data_bytes().min(expansion * data.len() as u64)
+}
+
+/// What was read, if it was; else its error, whatever it cites, is of a readable length.
+fn checked<T>(result: Result<T, VolumeError>) -> Option<T> {
+    result.map_err(|error| assert!(error.to_string().len() < 4096, "{error}")).ok()
+}
+
+fn check_read_volume(header: &GridHeader, volume: &Volume) {
+    assert_eq!(volume.dimensions(), header.dimensions);
+    assert_eq!(volume.voxel_count(), volume.intensities().len() as u64);
+    assert!(volume.spacing_mm().is_finite() && volume.spacing_mm().min_element() > 0.0);
+    let [low, high] = volume.range();
+    assert!(low.is_finite() && high.is_finite() && low <= high);
+    let last = volume.value_at(volume.dimensions() - 1).expect("the last voxel");
+    assert!(low <= last && last <= high);
+    let function = TransferFunction::for_volume(volume);
+    function.validate().expect("a usable first look");
+    check_samples(&function, [low, high]);
+}
+
+/// Checks a reader of transfer functions on a text.
+pub fn check_transfer_function(
+    text: &str,
+    read: fn(&str) -> Result<TransferFunction, TransferFunctionError>,
+) {
+    let (function, peak) = with_peak(|| read(text));
+    assert!(peak <= FIXED_BYTES + PER_TEXT_BYTE * text.len() as u64, "it took {peak} bytes");
+    let function = match function {
+        Ok(function) => function,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    function.validate().expect("what was read is valid");
+    let values = [function.points.first(), function.points.last()].map(|point| point.map(|p| p.value));
+    let [Some(first), Some(last)] = values else { unreachable!("a valid function has points") };
+    check_samples(&function, [first.into(), last.into()]);
+    let written = function.to_ron().expect("every function can be written");
+    assert_eq!(TransferFunction::from_ron(&written).expect("and read again"), function);
+}
+
+/// Colours and opacities are shares: at every control point, over a range and beyond it.
+fn check_samples(function: &TransferFunction, range: [f64; 2]) {
+    let values = function.points.iter().map(|point| point.value);
+    let samples = values.chain([f32::MIN, f32::MAX]).map(|value| function.sample(value));
+    for share in samples.chain(function.lookup_table(range, 64)).flatten() {
+        assert!((0.0..=1.0).contains(&share), "{share}");
+    }
+}
