@@ -8,7 +8,7 @@ use bevy::{
     prelude::*,
 };
 
-use super::{ClipMesh, ClipMeshFailed};
+use super::{ClipMesh, ClipMeshFailed, pose::PosedMesh};
 
 /// The clip camera of a [`ClipMesh`], inserted and kept up to date by the plugin.
 ///
@@ -18,7 +18,7 @@ use super::{ClipMesh, ClipMeshFailed};
 pub struct ClipCamera {
     /// The view from which the depth maps are rendered; `None` where the mesh has nothing to show.
     pub frame: Option<ClipFrame>,
-    /// The mesh that it looks at.
+    /// The mesh that it looks at: the entity's own, or a deformed copy of it.
     pub mesh: AssetId<Mesh>,
     /// Counts changes of the mesh; the depth maps are rendered anew when it moves on.
     pub revision: u32,
@@ -130,7 +130,7 @@ pub(super) fn update_clip_cameras(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Mesh>>,
     meshes: Res<Assets<Mesh>>,
-    carvers: Query<(Entity, &Mesh3d, Option<&ClipCamera>), With<ClipMesh>>,
+    carvers: Query<(Entity, &Mesh3d, Option<&PosedMesh>, Option<&ClipCamera>), With<ClipMesh>>,
     mut modified: Local<HashSet<AssetId<Mesh>>>,
 ) {
     modified.clear();
@@ -138,13 +138,13 @@ pub(super) fn update_clip_cameras(
         AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
         _ => None,
     }));
-    for (entity, mesh_handle, camera) in &carvers {
-        let id = mesh_handle.id();
+    for (entity, mesh, posed, camera) in &carvers {
+        let id = posed.map_or(mesh.id(), |posed| posed.mesh.id());
         let is_modified = modified.contains(&id);
         if camera.is_some_and(|camera| camera.mesh == id) && !is_modified {
             continue;
         }
-        let Some(mesh) = meshes.get(&mesh_handle.0) else {
+        let Some(mesh) = meshes.get(id) else {
             continue;
         };
         let frame = frame_of(mesh);

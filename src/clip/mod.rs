@@ -3,8 +3,9 @@
 mod clip_camera;
 mod clip_mesh;
 mod clip_settings;
+mod pose;
 
-use bevy::prelude::*;
+use bevy::{asset::AssetEventSystems, prelude::*};
 
 pub use clip_camera::{ClipCamera, ClipFrame, DilationFrame};
 pub use clip_mesh::{ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipTargets, MAX_CARVERS};
@@ -28,8 +29,12 @@ impl Plugin for ClipPlugin {
                 PostUpdate,
                 (
                     clip_settings::update_capacity.in_set(ClipCapacitySystems),
+                    (pose::pose_meshes, pose::remove_poses)
+                        .after(TransformSystems::Propagate)
+                        .before(AssetEventSystems),
                     (clip_camera::update_clip_cameras, clip_camera::remove_clip_cameras)
-                        .after(bevy::asset::AssetEventSystems),
+                        .after(AssetEventSystems)
+                        .after(pose::pose_meshes),
                 ),
             );
     }

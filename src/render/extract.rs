@@ -84,7 +84,7 @@ pub(crate) fn extract_scene(
     volumes: Extract<
         Query<(Entity, &Volume3d, &LookupTable, &AmbientOcclusion, &VolumeShading, &GlobalTransform)>,
     >,
-    carvers: Extract<Query<(Entity, &ClipMesh, &Mesh3d, &ClipCamera, &GlobalTransform)>>,
+    carvers: Extract<Query<(Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
     count_work: Extract<Res<CountWork>>,
@@ -109,11 +109,11 @@ pub(crate) fn extract_scene(
         }
     }));
     scene.carvers.clear();
-    scene.carvers.extend(carvers.iter().filter_map(|(entity, clip_mesh, mesh, camera, transform)| {
+    scene.carvers.extend(carvers.iter().filter_map(|(entity, clip_mesh, camera, transform)| {
         Some(ExtractedCarver {
             entity,
             clip_mesh: clip_mesh.clone(),
-            mesh: mesh.id(),
+            mesh: camera.mesh,
             frame: camera.frame?,
             revision: camera.revision,
             world_from_local: transform.affine(),

@@ -1,0 +1,179 @@
+//! Clip meshes that deform: their vertices where skinning and morph targets put them this frame.
+//!
+//! Bevy deforms vertices on the device, for each view. The clip camera needs them once per change,
+//! in the carver's own space, and with their bounds, so they are deformed here.
+
+use bevy::{
+    mesh::{
+        MeshVertexAttribute, VertexAttributeValues,
+        morph::{MeshMorphWeights, MorphWeights},
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+    prelude::*,
+};
+
+use super::{ClipMesh, ClipMeshFailed};
+
+/// A deformed copy of a clip mesh, for its clip camera.
+#[derive(Component)]
+pub(crate) struct PosedMesh {
+    pub mesh: Handle<Mesh>,
+    pose: Pose,
+}
+
+/// What deforms a mesh. A rig that moves as a whole keeps its pose.
+#[derive(Clone, PartialEq)]
+struct Pose {
+    of: AssetId<Mesh>,
+    /// Local mesh space → carver space, of every joint; empty without joints.
+    joints: Vec<Mat4>,
+    /// Of every morph target.
+    weights: Vec<f32>,
+}
+
+impl Pose {
+    /// Whether the vertices would be in the same places but for rounding: a part in 100,000.
+    fn is_nearly(&self, other: &Self) -> bool {
+        let largest = self.joints.iter().flat_map(Mat4::to_cols_array).fold(0.0, |a: f32, b| a.max(b.abs()));
+        self.of == other.of
+            && self.weights == other.weights
+            && self.joints.len() == other.joints.len()
+            && self.joints.iter().zip(&other.joints).all(|(a, b)| a.abs_diff_eq(*b, 1e-5 * largest))
+    }
+
+    /// The mesh's triangles with their corners deformed.
+    fn apply(&self, mesh: &Mesh) -> Result<Mesh, &'static str> {
+        let no_data = "its vertices are not kept in the main world, so it cannot be deformed";
+        let attribute = |attribute: MeshVertexAttribute| mesh.try_attribute_option(attribute).map_err(|_| no_data);
+        let Some(VertexAttributeValues::Float32x3(positions)) = attribute(Mesh::ATTRIBUTE_POSITION)? else {
+            return Err("it has no positions");
+        };
+        let mut positions: Vec<_> = positions.iter().copied().map(Vec3::from).collect();
+        if let Ok(targets) = mesh.try_morph_targets() {
+            for (target, weight) in targets.chunks(positions.len().max(1)).zip(&self.weights) {
+                for (position, difference) in positions.iter_mut().zip(target) {
+                    *position += *weight * difference.position;
+                }
+            }
+        }
+        if let (
+            false,
+            Some(VertexAttributeValues::Uint16x4(joints)),
+            Some(VertexAttributeValues::Float32x4(weights)),
+        ) = (
+            self.joints.is_empty(),
+            attribute(Mesh::ATTRIBUTE_JOINT_INDEX)?,
+            attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT)?,
+        ) {
+            for ((position, joints), weights) in positions.iter_mut().zip(joints).zip(weights) {
+                let joint = |k: u16| self.joints.get(usize::from(k)).copied().unwrap_or_default();
+                let blended = joints.iter().zip(weights).map(|(&k, &weight)| joint(k) * weight);
+                *position = blended.fold(Mat4::ZERO, |sum, matrix| sum + matrix).transform_point3(*position);
+            }
+        }
+        let mut posed = Mesh::new(mesh.primitive_topology(), default());
+        if let Some(indices) = mesh.try_indices_option().map_err(|_| no_data)? {
+            posed.insert_indices(indices.clone());
+        }
+        let positions: Vec<_> = positions.iter().map(Vec3::to_array).collect();
+        Ok(posed.with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions))
+    }
+}
+
+type Deforms = Or<(With<SkinnedMesh>, With<MeshMorphWeights>)>;
+
+/// Deforms clip meshes whose pose, or whose vertices, changed.
+pub(super) fn pose_meshes(
+    mut commands: Commands,
+    mut carvers: Query<
+        (
+            Entity,
+            &Mesh3d,
+            &GlobalTransform,
+            Option<&SkinnedMesh>,
+            Option<&MeshMorphWeights>,
+            Option<&mut PosedMesh>,
+        ),
+        (With<ClipMesh>, Deforms),
+    >,
+    joints: Query<&GlobalTransform>,
+    morphs: Query<&MorphWeights>,
+    bindposes: Res<Assets<SkinnedMeshInverseBindposes>>,
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    let modified: Vec<_> = events
+        .read()
+        .filter_map(|event| if let AssetEvent::Modified { id } = event { Some(*id) } else { None })
+        .collect();
+    for (entity, base, transform, skin, morph, posed) in &mut carvers {
+        let joints = match skin {
+            Some(skin) => match joints_of(skin, transform, &joints, &bindposes) {
+                Some(joints) => joints,
+                // Some joint is not there: the last pose stays.
+                None => continue,
+            },
+            None => Vec::new(),
+        };
+        let weights = match morph {
+            Some(MeshMorphWeights::Value { weights }) => weights.clone(),
+            Some(MeshMorphWeights::Reference(entity)) => {
+                morphs.get(*entity).map(|morph| morph.weights().to_vec()).unwrap_or_default()
+            }
+            None => Vec::new(),
+        };
+        let pose = Pose { of: base.id(), joints, weights };
+        let is_modified = modified.contains(&pose.of);
+        if posed.as_ref().is_some_and(|posed| posed.pose.is_nearly(&pose)) && !is_modified {
+            continue;
+        }
+        let Some(mesh) = meshes.get(&base.0) else {
+            continue;
+        };
+        match (pose.apply(mesh), posed) {
+            (Ok(deformed), Some(mut posed)) if posed.mesh != base.0 => {
+                let _ = meshes.insert(&posed.mesh, deformed);
+                posed.pose = pose;
+            }
+            (Ok(deformed), _) => {
+                commands.entity(entity).try_insert(PosedMesh { mesh: meshes.add(deformed), pose });
+            }
+            (Err(reason), _) => {
+                // It carves as it is.
+                warn!("the clip mesh on {entity} does not follow its pose: {reason}");
+                commands.trigger(ClipMeshFailed { entity, reason: reason.to_string() });
+                commands.entity(entity).try_insert(PosedMesh { mesh: base.0.clone(), pose });
+            }
+        }
+    }
+}
+
+/// The joints' matrices in the carver's space; `None` where something is missing or collapsed.
+fn joints_of(
+    skin: &SkinnedMesh,
+    transform: &GlobalTransform,
+    joints: &Query<&GlobalTransform>,
+    bindposes: &Assets<SkinnedMeshInverseBindposes>,
+) -> Option<Vec<Mat4>> {
+    let carver_from_world = transform.affine().inverse();
+    if !carver_from_world.is_finite() {
+        return None;
+    }
+    let bindposes = bindposes.get(&skin.inverse_bindposes)?;
+    let matrices = skin.joints.iter().zip(bindposes.iter()).map(|(&joint, &bindpose)| {
+        let world_from_joint = joints.get(joint).ok()?.affine();
+        Some(Mat4::from(carver_from_world * world_from_joint) * bindpose)
+    });
+    matrices.collect()
+}
+
+/// Takes the copy from entities that deform no more.
+pub(super) fn remove_poses(
+    mut commands: Commands,
+    orphans: Query<Entity, (With<PosedMesh>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,
+    rigid: Query<Entity, (With<PosedMesh>, Without<SkinnedMesh>, Without<MeshMorphWeights>)>,
+) {
+    for entity in orphans.iter().chain(&rigid) {
+        commands.entity(entity).try_remove::<PosedMesh>();
+    }
+}
