@@ -43,8 +43,8 @@ pub mod prelude {
         },
         occlusion::{AmbientOcclusion, RayPattern, ShadingMode, VolumeShading},
         volume::{
-            ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBundle, VolumeFailed,
-            VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
+            ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
+            VolumeFailed, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
         },
     };
 }

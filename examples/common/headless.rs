@@ -54,13 +54,23 @@ struct Failures(Vec<String>);
 impl Headless {
     /// An app with the plugin and an image of `size` pixels to render into. `setup` may add more.
     pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
+        Self::with_settings(size, Self::render_settings(), setup)
+    }
+
+    /// How the renderer is set up.
+    pub fn render_settings() -> WgpuSettings {
+        // Compute needs no OpenGL, which complains where there is no window system.
+        WgpuSettings { backends: Some(Backends::PRIMARY), ..default() }
+    }
+
+    /// The same, on a device with these settings.
+    pub fn with_settings(size: UVec2, settings: WgpuSettings, setup: impl FnOnce(&mut App)) -> Self {
         let mut app = App::new();
         let plugins = DefaultPlugins
             .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
             .set(RenderPlugin {
                 synchronous_pipeline_compilation: true,
-                // Compute needs no OpenGL, which complains where there is no window system.
-                render_creation: WgpuSettings { backends: Some(Backends::PRIMARY), ..default() }.into(),
+                render_creation: settings.into(),
                 ..default()
             })
             .set(AssetPlugin {

@@ -106,6 +106,14 @@ impl Triangles {
         self.transformed(Affine3A::from_scale(scale))
     }
 
+    /// With every other triangle reversed: no winding to go by.
+    pub fn half_flipped(mut self) -> Self {
+        for triangle in self.indices.iter_mut().step_by(2) {
+            triangle.swap(0, 1);
+        }
+        self
+    }
+
     /// The mesh with its triangles facing the other way.
     pub fn flipped(mut self) -> Self {
         for [_, b, c] in &mut self.indices {

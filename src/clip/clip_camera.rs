@@ -3,7 +3,7 @@
 use bevy::{
     camera::primitives::MeshAabb,
     math::{Affine3A, DMat3, DVec3, Mat3, Vec2, Vec3},
-    mesh::PrimitiveTopology,
+    mesh::{PrimitiveTopology, VertexAttributeValues},
     platform::collections::HashSet,
     prelude::*,
 };
@@ -164,6 +164,11 @@ fn frame_of(mesh: &Mesh) -> Result<ClipFrame, &'static str> {
         PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip
     ) {
         return Err("it is not made of triangles");
+    }
+    if let Ok(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION)
+        && !positions.iter().flatten().all(|coordinate| coordinate.is_finite())
+    {
+        return Err("a position is not finite");
     }
     let aabb = mesh.compute_aabb().ok_or("it has no positions")?;
     ClipFrame::around(aabb.center.into(), aabb.half_extents.into()).ok_or("it has no extent")

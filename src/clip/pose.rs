@@ -44,7 +44,8 @@ impl Pose {
     /// The mesh's triangles with their corners deformed.
     fn apply(&self, mesh: &Mesh) -> Result<Mesh, &'static str> {
         let no_data = "its vertices are not kept in the main world, so it cannot be deformed";
-        let attribute = |attribute: MeshVertexAttribute| mesh.try_attribute_option(attribute).map_err(|_| no_data);
+        let attribute =
+            |attribute: MeshVertexAttribute| mesh.try_attribute_option(attribute).map_err(|_| no_data);
         let Some(VertexAttributeValues::Float32x3(positions)) = attribute(Mesh::ATTRIBUTE_POSITION)? else {
             return Err("it has no positions");
         };

@@ -4,6 +4,9 @@
 // Sobel) and a light at the camera. Where a ray leaves a carver, the cut is found and sampled: the
 // paper samples at steps alone.
 //
+// No branch depends on uniforms alone: Mesa's software driver compiles such shaders anew in every
+// draw, and (22.3) never frees what it made.
+//
 // Drawn on the back faces of the volume's box, so that the camera may be inside it; opaque
 // geometry ends a ray where the depth prepass has it.
 
@@ -21,8 +24,7 @@
 #import bevy_contextual_ao::{
     clip_test::is_visible,
     volume_bindings::{
-        SHADE_JITTER, SHADE_LIGHT, SHADE_OCCLUSION, classify_intensity, correct_opacity, edge_sampler, intensities,
-        volume,
+        classify_intensity, correct_opacity, edge_sampler, intensities, volume,
     },
 }
 
@@ -38,10 +40,6 @@ const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
 const SPECULAR: f32 = 0.2;
 const SHININESS: f32 = 16.0;
-
-fn has(flag: u32) -> bool {
-    return (volume.shading & flag) != 0u;
-}
 
 // Interleaved gradient noise (Jimenez 2014), [0, 1).
 fn noise(pixel: vec2<f32>) -> f32 {
@@ -64,12 +62,11 @@ fn opacity_gradient(p: vec3<f32>) -> vec3<f32> {
 }
 
 // Colour of a sample lit from the camera, which looks along `direction`.
-fn shade(color: vec3<f32>, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    var ambient = 1.0;
-    if has(SHADE_OCCLUSION) {
-        ambient = textureSampleLevel(occlusion, edge_sampler, p, 0.0).r;
-    }
-    if !has(SHADE_LIGHT) {
+// `opacity` is what it adds to the pixel.
+fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    let factor = textureSampleLevel(occlusion, edge_sampler, p, 0.0).r;
+    let ambient = mix(1.0, factor, volume.occlusion_share);
+    if opacity * volume.light_share <= 0.0 {
         return color * ambient;
     }
     let gradient = opacity_gradient(p);
@@ -96,7 +93,7 @@ fn accumulate(before: Pixel, sample: vec4<f32>, p: vec3<f32>, direction: vec3<f3
     if opacity <= 0.0 {
         return before;
     }
-    return Pixel(before.color + opacity * shade(sample.rgb, p, direction), before.alpha + opacity);
+    return Pixel(before.color + opacity * shade(sample.rgb, opacity, p, direction), before.alpha + opacity);
 }
 
 // How far before a visible point the cut is, mm, if the point a step before is clipped: the last
@@ -145,10 +142,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     let entries = select(to_planes, vec3(0.0), abs(velocity) < vec3(1e-9));
     let start_mm = max(0.0, max(entries.x, max(entries.y, entries.z)));
 
-    var offset = 0.5;
-    if has(SHADE_JITTER) {
-        offset = noise(floor(in.position.xy));
-    }
+    let offset = mix(0.5, noise(floor(in.position.xy)), volume.jitter_share);
     var pixel = Pixel(vec3(0.0), 0.0);
     // Whether the sample before was opaque but clipped: then there is a cut before this one.
     var was_clipped = false;

@@ -4,7 +4,7 @@
 #define_import_path bevy_contextual_ao::clip_test
 
 #import bevy_contextual_ao::volume_bindings::{
-    Carver, OPERATION_SUBTRACT, carvers, depth_maps, dilation_maps, volume,
+    Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, dilation_maps, volume,
 }
 
 fn to_clip_map(carver: Carver, position_mm: vec3<f32>) -> vec3<f32> {
@@ -38,7 +38,7 @@ fn is_inside(carver: Carver, p: vec3<f32>) -> bool {
 
 // Whether every carver lets a point (volume space, mm) through.
 fn is_visible(position_mm: vec3<f32>) -> bool {
-    for (var i = 0u; i < volume.carver_count; i += 1u) {
+    for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
         let inside = is_inside(carvers[i], to_clip_map(carvers[i], position_mm));
         if inside == (carvers[i].operation == OPERATION_SUBTRACT) {
             return false;

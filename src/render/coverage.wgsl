@@ -12,7 +12,7 @@
 #import bevy_contextual_ao::{
     clip_test::{is_in_dilation, is_in_unit_square, is_visible, to_clip_map},
     occlusion_pass::{COVERAGE_CENTER, COVERAGE_LINES, occlusion_pass},
-    volume_bindings::{Carver, OPERATION_SUBTRACT, carvers, depth_maps, volume},
+    volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, volume},
 }
 
 // Published points: half extent of the box of the first 9, voxels, and how many follow.
@@ -43,7 +43,7 @@ fn clip_voxel(voxel: vec3<f32>) -> Clipping {
     let center_mm = local_position(voxel);
     var clipping = Clipping(1.0, false, false);
     var cuts = 0u;
-    for (var i = 0u; i < volume.carver_count; i += 1u) {
+    for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
         let p = to_clip_map(carvers[i], center_mm);
         let is_in = is_in_dilation(carvers[i], p);
         // Of an intersecting carver, what is outside is removed.

@@ -11,7 +11,7 @@ use crate::{
     clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{AmbientOcclusion, VolumeShading},
-    volume::{LookupTable, Volume, Volume3d, VolumeGeometry, longest_stretch},
+    volume::{LookupTable, ShownVolume, Volume, VolumeGeometry, longest_stretch},
 };
 
 /// All volumes and carvers, rebuilt every frame.
@@ -82,7 +82,7 @@ pub(crate) struct ExtractedCarver {
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     volumes: Extract<
-        Query<(Entity, &Volume3d, &LookupTable, &AmbientOcclusion, &VolumeShading, &GlobalTransform)>,
+        Query<(Entity, &ShownVolume, &LookupTable, &AmbientOcclusion, &VolumeShading, &GlobalTransform)>,
     >,
     carvers: Extract<Query<(Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
     clip_settings: Extract<Res<ClipSettings>>,
@@ -96,18 +96,20 @@ pub(crate) fn extract_scene(
     scene.count_work = count_work.0;
     scene.time_by_clock = time_by_clock.0;
     scene.volumes.clear();
-    scene.volumes.extend(volumes.iter().map(|(entity, volume, table, occlusion, shading, transform)| {
-        ExtractedVolume {
-            entity: entity.into(),
-            asset: volume.id(),
-            geometry: table.geometry,
-            table: table.clone(),
-            occlusion: occlusion.clamped(),
-            shading: shading.clone(),
-            world_from_local: transform.affine(),
-            is_placed: is_invertible(transform),
-        }
-    }));
+    scene.volumes.extend(volumes.iter().filter_map(
+        |(entity, volume, table, occlusion, shading, transform)| {
+            Some(ExtractedVolume {
+                entity: entity.into(),
+                asset: volume.volume.as_ref()?.id(),
+                geometry: table.geometry,
+                table: table.clone(),
+                occlusion: occlusion.clamped(),
+                shading: shading.clone(),
+                world_from_local: transform.affine(),
+                is_placed: is_invertible(transform),
+            })
+        },
+    ));
     scene.carvers.clear();
     scene.carvers.extend(carvers.iter().filter_map(|(entity, clip_mesh, camera, transform)| {
         Some(ExtractedCarver {

@@ -11,7 +11,7 @@ use bevy::{
 };
 
 use super::formats::{Formats, volume_texture};
-use crate::volume::{Intensities, Volume};
+use crate::volume::{Intensities, Volume, VolumeBudget, VolumeSize};
 
 /// A [`Volume`] on the device.
 pub(crate) struct GpuVolume {
@@ -23,7 +23,7 @@ pub(crate) struct GpuVolume {
 
 impl RenderAsset for GpuVolume {
     type SourceAsset = Volume;
-    type Param = (SRes<RenderDevice>, SRes<RenderQueue>, SRes<Formats>);
+    type Param = (SRes<RenderDevice>, SRes<RenderQueue>, SRes<Formats>, SRes<VolumeBudget>);
 
     fn byte_len(volume: &Volume) -> Option<usize> {
         let bytes_per_voxel = match volume.intensities() {
@@ -36,13 +36,14 @@ impl RenderAsset for GpuVolume {
     fn prepare_asset(
         volume: Volume,
         _: AssetId<Volume>,
-        (device, queue, formats): &mut SystemParamItem<Self::Param>,
+        (device, queue, formats, budget): &mut SystemParamItem<Self::Param>,
         _: Option<&Self>,
     ) -> Result<Self, PrepareAssetError<Volume>> {
         let (format, bytes, largest_stored) = formats.encode_intensities(volume.intensities());
-        // One that the device cannot hold was reported; its place is taken by a single voxel, which
-        // matches no volume of that size and so is never shown.
-        let fits = volume.dimensions().max_element() <= device.limits().max_texture_dimension_3d;
+        // One beyond the budget was reported; its place is taken by a single voxel, which matches no
+        // volume of that size and so is never shown.
+        let most_per_axis = device.limits().max_texture_dimension_3d;
+        let fits = budget.check(VolumeSize::of(&volume), most_per_axis).is_ok();
         let dimensions = if fits { volume.dimensions() } else { UVec3::ONE };
         let texture = device.create_texture_with_data(
             queue,

@@ -27,6 +27,7 @@ use bevy::{
     prelude::*,
     render::{
         ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
+        extract_resource::ExtractResourcePlugin,
         init_gpu_resource,
         render_asset::{RenderAssetPlugin, prepare_assets},
         render_resource::SpecializedRenderPipelines,
@@ -35,7 +36,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::diagnostics::ReportChannel;
+use crate::{diagnostics::ReportChannel, volume::VolumeBudget};
 
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
@@ -64,7 +65,10 @@ impl Plugin for OcclusionRenderPlugin {
         embedded_asset!(app, "dilate.wgsl");
         embedded_asset!(app, "classify.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
-        app.add_plugins(RenderAssetPlugin::<gpu_volume::GpuVolume>::default());
+        app.add_plugins((
+            RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
+            ExtractResourcePlugin::<VolumeBudget>::default(),
+        ));
         let report = app.world().resource::<ReportChannel>().clone();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
@@ -90,6 +94,7 @@ impl Plugin for OcclusionRenderPlugin {
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),
             )
+            .add_systems(RenderStartup, forget_lost_bind_groups)
             .add_systems(ExtractSchedule, extract::extract_scene)
             .add_systems(
                 Render,
@@ -111,4 +116,10 @@ impl Plugin for OcclusionRenderPlugin {
                     .run_if(resource_exists::<DeviceSupport>),
             );
     }
+}
+
+/// Bevy 0.19.1 keeps these bind groups of a lost device until new ones are made, and panics when it
+/// uses them before that.
+fn forget_lost_bind_groups(mut commands: Commands) {
+    commands.remove_resource::<bevy::pbr::BuildIndirectParametersBindGroups>();
 }

@@ -12,7 +12,8 @@ struct VolumeUniform {
     local_from_world: mat4x4<f32>,
     // Number of voxels.
     dimensions: vec3<u32>,
-    carver_count: u32,
+    // Shares of shading, 0 or 1: by occlusion, by a light; and of the jitter of view rays.
+    occlusion_share: f32,
     // Lookup table entry = texture value * table_scale + table_offset.
     table_scale: f32,
     table_offset: f32,
@@ -21,17 +22,12 @@ struct VolumeUniform {
     draw_exponent: f32,
     // Length of a drawing step, mm.
     draw_step_mm: f32,
-    // Bits: see SHADE_*.
-    shading: u32,
+    light_share: f32,
+    jitter_share: f32,
     // Texels per side of the depth maps and of the dilation maps.
     depth_map_size: f32,
     dilation_map_size: f32,
 }
-
-// Set in `VolumeUniform.shading`.
-const SHADE_OCCLUSION: u32 = 1u;
-const SHADE_LIGHT: u32 = 2u;
-const SHADE_JITTER: u32 = 4u;
 
 struct Carver {
     // Volume space (mm) → clip map space, as three rows.
@@ -47,13 +43,15 @@ struct Carver {
     // Layers of the depth maps and of the dilation maps.
     first_layer: u32,
     end_layer: u32,
-    // OPERATION_SUBTRACT or OPERATION_INTERSECT.
+    // OPERATION_*
     operation: u32,
     padding: u32,
 }
 
-const OPERATION_SUBTRACT: u32 = 0u;
-const OPERATION_INTERSECT: u32 = 1u;
+// Of the entries behind the last carver.
+const OPERATION_NONE: u32 = 0u;
+const OPERATION_SUBTRACT: u32 = 1u;
+const OPERATION_INTERSECT: u32 = 2u;
 const MAX_CARVERS: u32 = 128u;
 
 @group(#{VOLUME_BIND_GROUP}) @binding(0) var<uniform> volume: VolumeUniform;

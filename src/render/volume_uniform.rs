@@ -22,20 +22,17 @@ pub(crate) struct VolumeUniform {
     local_from_voxel: Mat4,
     local_from_world: Mat4,
     dimensions: UVec3,
-    carver_count: u32,
+    occlusion_share: f32,
     table_scale: f32,
     table_offset: f32,
     occlusion_exponent: f32,
     draw_exponent: f32,
     draw_step_mm: f32,
-    shading: u32,
+    light_share: f32,
+    jitter_share: f32,
     depth_map_size: f32,
     dilation_map_size: f32,
 }
-
-const SHADE_OCCLUSION: u32 = 1;
-const SHADE_LIGHT: u32 = 2;
-const SHADE_JITTER: u32 = 4;
 
 impl VolumeUniform {
     /// `largest_stored` is the stored intensity that the texture gives as 1; without occlusion
@@ -44,7 +41,6 @@ impl VolumeUniform {
         volume: &ExtractedVolume,
         largest_stored: f64,
         has_occlusion: bool,
-        carver_count: u32,
         [depth_map_size, dilation_map_size]: [u32; 2],
     ) -> Self {
         let geometry = &volume.geometry;
@@ -54,22 +50,20 @@ impl VolumeUniform {
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
-        let flag = |on: bool, bit| if on { bit } else { 0 };
         Self {
             texture_from_local: DMat4::from(texture_from_voxel * geometry.local_from_voxel.inverse())
                 .as_mat4(),
             local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
             local_from_world: Mat4::from(volume.world_from_local.inverse()),
             dimensions: geometry.dimensions,
-            carver_count,
+            occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion),
             table_scale: (largest_stored * entries_per_stored) as f32,
             table_offset: (-lo * entries_per_stored) as f32,
             occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
-            shading: flag(mode.uses_occlusion() && has_occlusion, SHADE_OCCLUSION)
-                | flag(mode.uses_light(), SHADE_LIGHT)
-                | flag(volume.shading.jitter, SHADE_JITTER),
+            light_share: f32::from(mode.uses_light()),
+            jitter_share: f32::from(volume.shading.jitter),
             depth_map_size: depth_map_size as f32,
             dilation_map_size: dilation_map_size as f32,
         }
@@ -138,8 +132,8 @@ impl CarverUniform {
             first_layer: ready.layers.first,
             end_layer: ready.layers.first + ready.layers.count,
             operation: match carver.clip_mesh.operation {
-                ClipOperation::Subtract => 0,
-                ClipOperation::Intersect => 1,
+                ClipOperation::Subtract => 1,
+                ClipOperation::Intersect => 2,
             },
             padding: 0,
         }
@@ -225,20 +219,11 @@ mod tests {
 
     #[test]
     fn rust_and_wgsl_agree() {
-        assert_eq!(rust_layout::<VolumeUniform, 13>(), wgsl_layout("VolumeUniform"));
+        assert_eq!(rust_layout::<VolumeUniform, 14>(), wgsl_layout("VolumeUniform"));
         assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout("Carver"));
         assert_eq!(rust_layout::<OcclusionPassUniform, 7>(), wgsl_layout("OcclusionPass"));
         let bindings = include_str!("volume_bindings.wgsl");
-        for (name, value) in [
-            ("MAX_CARVERS", MAX_CARVERS as u32),
-            ("SHADE_OCCLUSION", SHADE_OCCLUSION),
-            ("SHADE_LIGHT", SHADE_LIGHT),
-            ("SHADE_JITTER", SHADE_JITTER),
-        ] {
-            assert!(
-                bindings.contains(&format!("const {name}: u32 = {value}u;")),
-                "{name} is not {value} in WGSL"
-            );
-        }
+        let most = format!("const MAX_CARVERS: u32 = {MAX_CARVERS}u;");
+        assert!(bindings.contains(&most), "`{most}` is not in the shader");
     }
 }

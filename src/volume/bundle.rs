@@ -3,10 +3,9 @@
 use bevy::{
     asset::{AssetLoadError, AssetLoadFailedEvent, AssetPath, LoadState},
     prelude::*,
-    render::renderer::RenderDevice,
 };
 
-use super::{LookupTable, TransferFunction, Volume};
+use super::{TransferFunction, Volume};
 use crate::occlusion::{AmbientOcclusion, VolumeShading};
 
 /// World units per millimetre of a volume's default scale: 1 world unit is 1 m.
@@ -136,26 +135,6 @@ pub(super) fn report_failures(
         for error in errors {
             commands.trigger(VolumeFailed { entity, error });
         }
-    }
-}
-
-/// Tells the entities of a volume that is loaded if it is larger than the device can hold.
-pub(super) fn report_too_large(
-    loaded: On<VolumeLoaded>,
-    mut commands: Commands,
-    device: Option<Res<RenderDevice>>,
-    volumes: Query<&LookupTable>,
-) {
-    let (Some(device), Ok(table)) = (device, volumes.get(loaded.entity)) else {
-        return;
-    };
-    let most = device.limits().max_texture_dimension_3d;
-    let dimensions = table.geometry.dimensions;
-    if dimensions.max_element() > most {
-        commands.trigger(VolumeFailed {
-            entity: loaded.entity,
-            error: format!("{dimensions} voxels: this graphics device holds at most {most} along each axis"),
-        });
     }
 }
 

@@ -8,7 +8,7 @@ use bevy::{
 use std::sync::Arc;
 
 use super::{
-    OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeGeometry, VolumeLoaded,
+    OcclusionProgress, ShownVolume, TransferFunction, Volume, VolumeGeometry, VolumeLoaded,
     VolumeTransferFunction,
 };
 
@@ -67,25 +67,24 @@ impl LookupTable {
 }
 
 /// Bakes the table of every volume whose data or transfer function changed, and takes it from
-/// those whose assets are not (or no longer) there.
+/// those that cannot (or can no longer) be shown.
 pub(super) fn bake_lookup_tables(
     mut commands: Commands,
-    mut volume_events: MessageReader<AssetEvent<Volume>>,
     mut function_events: MessageReader<AssetEvent<TransferFunction>>,
     volumes: Res<Assets<Volume>>,
     functions: Res<Assets<TransferFunction>>,
-    entities: Query<(Entity, Ref<Volume3d>, Ref<VolumeTransferFunction>, Option<&LookupTable>)>,
-    orphans: Query<Entity, (With<LookupTable>, Without<Volume3d>)>,
+    entities: Query<(Entity, Ref<ShownVolume>, Ref<VolumeTransferFunction>, Option<&LookupTable>)>,
+    orphans: Query<Entity, (With<LookupTable>, Without<ShownVolume>)>,
 ) {
-    let changed_volumes: HashSet<_> = volume_events.read().filter_map(changed).collect();
     let changed_functions: HashSet<_> = function_events.read().filter_map(changed).collect();
     for (entity, volume, function, table) in &entities {
-        let volume_changed = volume.is_changed() || changed_volumes.contains(&volume.id());
+        let volume_changed = volume.is_changed();
         let changed = volume_changed || function.is_changed() || changed_functions.contains(&function.id());
         if table.is_some() && !changed {
             continue;
         }
-        let baked = volumes.get(&volume.0).and_then(|volume| {
+        let baked = volume.volume.as_ref().and_then(|volume| {
+            let volume = volumes.get(volume)?;
             let function = if function.0 == Handle::default() {
                 &TransferFunction::for_volume(volume)
             } else {

@@ -2,9 +2,11 @@
 //! a scene.
 
 mod asset;
+mod budget;
 mod bundle;
 mod error;
 mod geometry;
+mod halve;
 mod loaders;
 mod lookup_table;
 mod otsu;
@@ -16,6 +18,8 @@ mod transfer_function;
 use bevy::{asset::AssetEventSystems, prelude::*};
 
 pub use asset::{Intensities, Rescale, Volume};
+pub use budget::VolumeBudget;
+pub(crate) use budget::{ShownVolume, VolumeSize};
 pub use bundle::{
     OcclusionProgress, Volume3d, VolumeBundle, VolumeFailed, VolumeLoaded, VolumeOccluded,
     VolumeTransferFunction, WORLD_UNITS_PER_MM,
@@ -47,12 +51,16 @@ impl Plugin for VolumePlugin {
             .register_type::<OcclusionProgress>()
             .init_asset_loader::<VolumeLoader>()
             .init_asset_loader::<TransferFunctionLoader>()
-            .add_observer(bundle::report_too_large)
+            .init_resource::<VolumeBudget>()
             .add_systems(
                 PostUpdate,
                 // Before asset events go out, so that what is made of a table reaches the renderer
                 // in the same frame as the table.
-                (lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake), bundle::report_failures)
+                (
+                    (budget::fit_volumes, lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake))
+                        .chain(),
+                    bundle::report_failures,
+                )
                     .before(AssetEventSystems),
             );
     }

@@ -11,10 +11,7 @@ use bevy_contextual_ao::{
     volume::{Intensities, LookupTable, Rescale, WORLD_UNITS_PER_MM},
 };
 
-use crate::{
-    headless::Headless,
-    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp},
-};
+use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp};
 
 const SIZE: UVec3 = UVec3::new(24, 22, 20);
 
@@ -124,31 +121,6 @@ fn a_volume_is_prepared_once() {
     let volume = scene.volume;
     let table = scene.world().get::<LookupTable>(volume).expect("a table");
     assert_eq!((table.revision, table.volume_revision), (0, 0));
-}
-
-#[test]
-fn a_volume_too_large_for_the_device_is_refused_with_the_numbers() {
-    #[derive(Resource, Default)]
-    struct Errors(Vec<String>);
-    let mut headless = Headless::new(IMAGE, |app| {
-        app.init_resource::<Errors>().add_observer(|event: On<VolumeFailed>, mut errors: ResMut<Errors>| {
-            errors.0.push(event.error.clone())
-        });
-    });
-    let camera = headless.camera();
-    let world = headless.app.world_mut();
-    world.spawn(camera);
-    let dimensions = UVec3::new(20_000, 2, 2);
-    let data =
-        Volume::new(dimensions, DAffine3::IDENTITY, Intensities::U8(vec![9; 80_000]), Rescale::default());
-    let data = world.resource_mut::<Assets<Volume>>().add(data.expect("a valid volume"));
-    world.spawn(VolumeBundle::new(data));
-    for _ in 0..4 {
-        headless.frame();
-    }
-    let errors = &headless.app.world().resource::<Errors>().0;
-    assert_eq!(errors.len(), 1, "{errors:?}");
-    assert!(errors[0].contains("20000"), "{errors:?}");
 }
 
 #[test]

@@ -10,9 +10,13 @@ use common::{headless, small_scene as scene};
 
 mod assets;
 mod awkward;
+mod awkward_data;
+mod awkward_meshes;
+mod awkward_poses;
 mod broken_files;
 mod drawing;
 mod exact;
+mod faults;
 mod independence;
 mod lifecycle;
 mod oracle;

@@ -26,7 +26,7 @@ pub fn table(sizes: &[u32], voxels: usize, report: &mut impl FnMut(Figure)) {
         for &size in sizes {
             let mut scene = solid_scene(&mesh, tilted, size);
             let error = coverage_error_of(&scene, &exact, tilted, voxels);
-            let wrong = judge(&mesh, 40, |clip| clip.depth_map_size = size);
+            let wrong = judge(&mesh, &mesh, 40, |clip| clip.depth_map_size = size);
             scene.headless.frame();
             let maps_ms = scene.headless.pass_ms(SPAN_DEPTH) + scene.headless.pass_ms(SPAN_DILATE);
             let figures = [

@@ -85,7 +85,6 @@ pub(crate) fn plan_volumes(
         resources.upload(volume, &device, &queue);
         let carvers = carvers_of(volume, &scene, &plan);
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
-        let carver_count = carvers.len() as u32;
         let goal = Goal::of(volume, carvers, scene.clip_settings.coverage);
         let work = if pipelines_ready { resources.advance(volume, &goal, &mut share) } else { default() };
         precomputes |= work.precompute.is_some();
@@ -96,7 +95,7 @@ pub(crate) fn plan_volumes(
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
         let has_occlusion = resources.state.occlusion_for.is_some();
         let largest = resources.largest_stored;
-        let uniform = VolumeUniform::new(volume, largest, has_occlusion, carver_count, sizes);
+        let uniform = VolumeUniform::new(volume, largest, has_occlusion, sizes);
         write_if_changed(&mut resources.uniform, uniform, &device, &queue);
         write_if_changed(&mut resources.carvers, table, &device, &queue);
         let job = work.bind(

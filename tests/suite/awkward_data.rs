@@ -1,0 +1,99 @@
+//! Volumes and settings as they come: constant, opaque, transparent, noisy, thin, odd, stretched,
+//! of 16 bits in a narrow window; rays longer than the volume, of no steps, and one alone.
+
+use bevy::{
+    math::{DAffine3, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{Intensities, Rescale},
+};
+
+use crate::{
+    common::random::Random,
+    exact::assert_exact,
+    scene::{TestScene, few_rays, folded_volume, opaque_ramp, solid_volume, translucent_ramp, volume_from},
+};
+
+fn carve(volume: Volume, function: TransferFunction, occlusion: AmbientOcclusion) -> TestScene {
+    let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).min_element();
+    let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
+    // Through the middle of what the camera sees.
+    scene.carve(
+        Sphere::new(0.4 * size.max(4.0)),
+        ClipMesh::default(),
+        Transform::from_translation(Vec3::splat(0.2 * size)),
+    );
+    scene
+}
+
+fn noise(dimensions: UVec3) -> Volume {
+    let mut random = Random(3);
+    let values = random.bytes(dimensions.element_product() as usize);
+    Volume::new(dimensions, DAffine3::IDENTITY, Intensities::U8(values), Rescale::default()).expect("valid")
+}
+
+#[test]
+fn volumes_of_every_kind_are_exact() {
+    let size = UVec3::new(21, 19, 17);
+    let odd = |x, y, z| folded_volume(UVec3::new(x, y, z), DVec3::ONE);
+    let scenes = [
+        ("constant and opaque", solid_volume(size), opaque_ramp()),
+        ("constant and translucent", volume_from(size, DVec3::ONE, |_| 0.5), translucent_ramp()),
+        ("noise", noise(size), opaque_ramp()),
+        ("translucent noise", noise(size), translucent_ramp()),
+        ("one voxel thick", volume_from(UVec3::new(24, 1, 24), DVec3::ONE, |_| 1.0), opaque_ramp()),
+        ("a row of voxels", volume_from(UVec3::new(40, 1, 2), DVec3::ONE, |_| 1.0), opaque_ramp()),
+        ("odd sizes", odd(31, 17, 13), opaque_ramp()),
+        ("stretched 1:1:10", folded_volume(UVec3::new(24, 22, 5), DVec3::new(1.0, 1.0, 10.0)), opaque_ramp()),
+    ];
+    for (name, volume, function) in scenes {
+        assert_exact(&mut carve(volume, function, few_rays()), name);
+    }
+}
+
+#[test]
+fn rays_of_every_kind_are_exact() {
+    let rays = |pattern, steps, step_mm| AmbientOcclusion { pattern, steps, step_mm };
+    for (name, occlusion) in [
+        ("a reach larger than the volume", rays(RayPattern::Fibonacci(6), 60, 1.0)),
+        ("steps longer than the volume", rays(RayPattern::Fibonacci(6), 3, 100.0)),
+        ("one ray", rays(RayPattern::Fibonacci(1), 8, 1.0)),
+        ("no steps", rays(RayPattern::Fibonacci(6), 0, 1.0)),
+    ] {
+        let volume = folded_volume(UVec3::new(22, 20, 18), DVec3::ONE);
+        assert_exact(&mut carve(volume, opaque_ramp(), occlusion), name);
+    }
+}
+
+#[test]
+fn a_transparent_volume_shows_nothing_and_occludes_nothing() {
+    let clear = TransferFunction::ramp(0.0, 255.0, 0.0, [1.0; 3]).expect("a ramp");
+    let mut scene = carve(folded_volume(UVec3::new(22, 20, 18), DVec3::ONE), clear, few_rays());
+    scene.settle();
+    let image = scene.headless.image();
+    assert!(image.chunks(4).all(|pixel| *pixel == image[..4]));
+    assert!(scene.sampled_occlusion().iter().all(|&value| value == 255 || value == 0));
+}
+
+#[test]
+fn a_narrow_window_of_16_bits_is_as_sharp_as_8_bits() {
+    // The same shape in 8 bits over the whole range, and in 16 bits over 200 of 65,536 values.
+    let size = UVec3::new(24, 22, 20);
+    let fine = folded_volume(size, DVec3::ONE);
+    let Intensities::U8(values) = fine.intensities() else { panic!("the test volume has 8 bits") };
+    let narrow = values.iter().map(|&value| 30_000 + u16::from(value)).collect();
+    let narrow = Volume::new(size, fine.grid_to_patient(), Intensities::U16(narrow), Rescale::default())
+        .expect("valid");
+    let window = TransferFunction::ramp(30_100.0, 30_160.0, 1.0, [0.9, 0.8, 0.7]).expect("a ramp");
+    let mut narrow = carve(narrow, window, few_rays());
+    let mut fine = carve(fine.clone(), opaque_ramp(), few_rays());
+    assert_exact(&mut narrow, "a narrow window");
+    fine.settle();
+    narrow.settle();
+    let pairs = || narrow.opacities().into_iter().zip(fine.opacities()).collect::<Vec<_>>();
+    // 60 intensities of ramp: rounding in the table is a small part of one of them, 255/60 bytes.
+    let largest = pairs().iter().map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(largest.is_some_and(|largest| largest <= 1), "{largest:?}");
+}

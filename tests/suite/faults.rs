@@ -1,0 +1,169 @@
+//! What a device cannot do, and a device that goes away: the app goes on.
+
+use bevy::{
+    math::{DAffine3, DVec3},
+    prelude::*,
+    render::{
+        error_handler::{RenderErrorHandler, RenderErrorPolicy},
+        render_resource::{PollType, WgpuLimits},
+        renderer::RenderDevice,
+        settings::WgpuSettings,
+    },
+};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{Intensities, LookupTable, Rescale},
+};
+
+use crate::{
+    headless::Headless,
+    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp},
+};
+
+const SIZE: UVec3 = UVec3::new(24, 22, 20);
+
+#[derive(Resource, Default)]
+struct Errors(Vec<String>);
+
+fn collect_errors(app: &mut App) {
+    app.init_resource::<Errors>().add_observer(|event: On<VolumeFailed>, mut errors: ResMut<Errors>| {
+        errors.0.push(event.error.clone())
+    });
+}
+
+fn scene() -> TestScene {
+    TestScene::with(
+        folded_volume(SIZE, DVec3::ONE),
+        opaque_ramp(),
+        few_rays(),
+        ShadingMode::Cao,
+        collect_errors,
+    )
+}
+
+fn frames(headless: &mut Headless, count: u32) {
+    for _ in 0..count {
+        headless.frame();
+    }
+}
+
+fn is_empty(image: &[u8]) -> bool {
+    image.chunks(4).all(|pixel| *pixel == image[..4])
+}
+
+#[test]
+fn a_volume_too_large_for_the_device_is_refused_or_halved() {
+    let mut headless = Headless::new(IMAGE, collect_errors);
+    let camera = headless.camera();
+    let world = headless.app.world_mut();
+    world.spawn((camera, Transform::from_xyz(0.0, 0.0, 20.0).looking_at(Vec3::ZERO, Vec3::Y)));
+    let dimensions = UVec3::new(20_000, 2, 2);
+    let data =
+        Volume::new(dimensions, DAffine3::IDENTITY, Intensities::U8(vec![9; 80_000]), Rescale::default());
+    let data = world.resource_mut::<Assets<Volume>>().add(data.expect("a valid volume"));
+    let volume = world.spawn(VolumeBundle::new(data)).id();
+    frames(&mut headless, 4);
+    let world = headless.app.world_mut();
+    let most = world.resource::<RenderDevice>().limits().max_texture_dimension_3d;
+    let errors = &world.resource::<Errors>().0;
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    for part in ["20000", &most.to_string(), "would fit", "VolumeBudget::halves"] {
+        assert!(errors[0].contains(part), "`{}` does not name {part}", errors[0]);
+    }
+    assert!(world.get::<LookupTable>(volume).is_none());
+
+    world.resource_mut::<VolumeBudget>().halves = true;
+    frames(&mut headless, 4);
+    let table = headless.app.world().get::<LookupTable>(volume).expect("it is shown");
+    assert!(table.geometry.dimensions.max_element() <= most);
+    assert!((table.geometry.spacing_mm.x - (20_000 / table.geometry.dimensions.x) as f64).abs() < 1e-9);
+}
+
+#[test]
+fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
+    let mut scene = scene();
+    scene.world().resource_mut::<VolumeBudget>().most_bytes = 20_000;
+    frames(&mut scene.headless, 4);
+    assert!(is_empty(&scene.headless.image()));
+    let errors = scene.world().resource::<Errors>().0.clone();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].contains("24, 22, 20") && errors[0].contains("12, 11, 10"), "{errors:?}");
+
+    scene.world().resource_mut::<VolumeBudget>().halves = true;
+    frames(&mut scene.headless, 4);
+    let volume = scene.volume;
+    let half = scene.world().get::<LookupTable>(volume).expect("it is shown").geometry;
+    assert_eq!(half.dimensions, UVec3::new(12, 11, 10));
+    assert!(!is_empty(&scene.headless.image()));
+
+    // With more room it is shown as it is, like one that never had too little.
+    *scene.world().resource_mut::<VolumeBudget>() = default();
+    frames(&mut scene.headless, 3);
+    scene.world().resource_mut::<Errors>().0.clear();
+    frames(&mut scene.headless, 20);
+    let mut fresh = self::scene();
+    fresh.settle();
+    frames(&mut fresh.headless, 2);
+    let (now, fresh) = (scene.headless.image(), fresh.headless.image());
+    assert!(now == fresh, "the way there shows");
+
+    // A budget for nothing refuses everything, and panics at nothing.
+    *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { most_bytes: 0, halves: true };
+    frames(&mut scene.headless, 3);
+    assert_eq!(scene.world().resource::<Errors>().0.len(), 1);
+    assert!(is_empty(&scene.headless.image()));
+}
+
+#[test]
+fn a_device_that_lacks_something_draws_the_rest() {
+    // Bevy itself draws with a single storage texture per stage; step IV writes two.
+    let limits = WgpuLimits { max_storage_textures_per_shader_stage: 1, ..WgpuLimits::default() };
+    let settings = WgpuSettings { constrained_limits: Some(limits), ..default() };
+    let mut headless = Headless::with_settings(IMAGE, settings, |_| {});
+    let camera = headless.camera();
+    let world = headless.app.world_mut();
+    world.spawn((camera, Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y)));
+    let data = world.resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
+    let volume = world.spawn(VolumeBundle::new(data)).id();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.5));
+    let carver = world.spawn((ClipMesh::default(), Mesh3d(mesh.clone()))).id();
+    frames(&mut headless, 3);
+    assert!(is_empty(&headless.image()), "the volume is drawn");
+    // It was read all the same, and other things are drawn.
+    let world = headless.app.world_mut();
+    assert!(world.get::<LookupTable>(volume).is_some());
+    let material = StandardMaterial { unlit: true, ..default() };
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
+    world.despawn(carver);
+    frames(&mut headless, 3);
+    assert!(!is_empty(&headless.image()), "nothing else is drawn");
+}
+
+#[test]
+fn a_volume_comes_back_after_the_device_is_lost() {
+    let mut scene = scene();
+    let place = Transform::from_xyz(4.0, 4.0, 6.0);
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), place);
+    scene.settle();
+    let (image, occlusion) = (scene.headless.image(), scene.occlusion());
+    assert!(!is_empty(&image));
+    let world = scene.world();
+    world.insert_resource(RenderErrorHandler(|_, _, _| {
+        RenderErrorPolicy::Recover(Headless::render_settings().into())
+    }));
+    let device = world.resource::<RenderDevice>().clone();
+    device.wgpu_device().destroy();
+    // Between two frames: Bevy itself panics where the device goes away in the middle of one.
+    let _ = device.poll(PollType::wait_indefinitely());
+    frames(&mut scene.headless, 20);
+    assert!(scene.headless.image() == image, "the image is not as it was");
+    assert!(scene.occlusion() == occlusion, "the occlusion is not as it was");
+    // And it can be carved.
+    scene.move_carver(carver, place.with_translation(Vec3::new(-4.0, 4.0, 6.0)));
+    scene.headless.frame();
+    assert!(scene.headless.image() != image, "it is stuck");
+    scene.move_carver(carver, place);
+    scene.headless.frame();
+    assert!(scene.headless.image() == image);
+}
