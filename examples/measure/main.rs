@@ -14,7 +14,7 @@ use clap::Parser;
 use common::{
     headless::Headless,
     scene::{Scene, SceneOptions},
-    stability,
+    stability::{self, Group},
 };
 use serde_json::json;
 use std::time::Instant;
@@ -36,8 +36,8 @@ struct Options {
     frames: u32,
     /// Instead: how steady and exact clipping is where such methods fail, a JSON line per figure
     /// (half an hour on a software driver). The scene's options play no part.
-    #[arg(long)]
-    stability: bool,
+    #[arg(long, value_name = "GROUP", num_args = 0..=1)]
+    stability: Option<Option<Group>>,
     /// Frames before those.
     #[arg(long, default_value_t = 3)]
     warmup: u32,
@@ -45,9 +45,9 @@ struct Options {
 
 fn main() -> Result<(), String> {
     let options = Options::parse();
-    if options.stability {
+    if let Some(group) = options.stability {
         let mut broken = 0;
-        stability::run_all(|figure| {
+        stability::run(group, |figure| {
             broken += usize::from(!figure.holds());
             println!("{}", figure.to_json());
         });

@@ -39,8 +39,9 @@ impl Default for ClipSettings {
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum CoverageRule {
-    /// Integrated exactly along the clip camera's line of sight, over a lattice of lines: changes
-    /// steadily when a carver moves.
+    /// Integrated exactly along the clip camera's line of sight, over 9 lines and, where they
+    /// disagree, a lattice of 29: changes steadily when a carver moves. A voxel that two carvers cut
+    /// is counted by the published points.
     #[default]
     Lines,
     /// The published rule: 9 points are tested, and 32 more where they disagree. Jumps by up to a

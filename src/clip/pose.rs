@@ -32,15 +32,6 @@ struct Pose {
 }
 
 impl Pose {
-    /// Whether the vertices would be in the same places but for rounding: a part in 100,000.
-    fn is_nearly(&self, other: &Self) -> bool {
-        let largest = self.joints.iter().flat_map(Mat4::to_cols_array).fold(0.0, |a: f32, b| a.max(b.abs()));
-        self.of == other.of
-            && self.weights == other.weights
-            && self.joints.len() == other.joints.len()
-            && self.joints.iter().zip(&other.joints).all(|(a, b)| a.abs_diff_eq(*b, 1e-5 * largest))
-    }
-
     /// The mesh's triangles with their corners deformed.
     fn apply(&self, mesh: &Mesh) -> Result<Mesh, &'static str> {
         let no_data = "its vertices are not kept in the main world, so it cannot be deformed";
@@ -123,9 +114,12 @@ pub(super) fn pose_meshes(
             }
             None => Vec::new(),
         };
+        if !weights.iter().all(|weight| weight.is_finite()) {
+            continue;
+        }
         let pose = Pose { of: base.id(), joints, weights };
         let is_modified = modified.contains(&pose.of);
-        if posed.as_ref().is_some_and(|posed| posed.pose.is_nearly(&pose)) && !is_modified {
+        if posed.as_ref().is_some_and(|posed| posed.pose == pose) && !is_modified {
             continue;
         }
         let Some(mesh) = meshes.get(&base.0) else {
@@ -139,8 +133,9 @@ pub(super) fn pose_meshes(
             (Ok(deformed), _) => {
                 commands.entity(entity).try_insert(PosedMesh { mesh: meshes.add(deformed), pose });
             }
+            // It carves as it is, which was said before.
+            (Err(_), Some(mut posed)) if posed.mesh == base.0 => posed.pose = pose,
             (Err(reason), _) => {
-                // It carves as it is.
                 warn!("the clip mesh on {entity} does not follow its pose: {reason}");
                 commands.trigger(ClipMeshFailed { entity, reason: reason.to_string() });
                 commands.entity(entity).try_insert(PosedMesh { mesh: base.0.clone(), pose });
@@ -149,7 +144,8 @@ pub(super) fn pose_meshes(
     }
 }
 
-/// The joints' matrices in the carver's space; `None` where something is missing or collapsed.
+/// The joints' matrices in the carver's space; `None` where something is missing, collapsed or not
+/// finite. They are rounded to a part in 100,000, so that a rig that moves as a whole keeps its pose.
 fn joints_of(
     skin: &SkinnedMesh,
     transform: &GlobalTransform,
@@ -163,9 +159,18 @@ fn joints_of(
     let bindposes = bindposes.get(&skin.inverse_bindposes)?;
     let matrices = skin.joints.iter().zip(bindposes.iter()).map(|(&joint, &bindpose)| {
         let world_from_joint = joints.get(joint).ok()?.affine();
-        Some(Mat4::from(carver_from_world * world_from_joint) * bindpose)
+        let matrix = Mat4::from(carver_from_world * world_from_joint) * bindpose;
+        matrix.is_finite().then_some(matrix)
     });
-    matrices.collect()
+    let mut matrices: Vec<_> = matrices.collect::<Option<_>>()?;
+    let entries = matrices.iter().flat_map(Mat4::to_cols_array);
+    let largest = entries.fold(f32::MIN_POSITIVE, |largest, entry| largest.max(entry.abs()));
+    // A power of two, so that rounding to it is exact.
+    let step = (largest.log2().ceil() - 17.0).exp2();
+    for matrix in &mut matrices {
+        *matrix = Mat4::from_cols_array(&matrix.to_cols_array().map(|entry| (entry / step).round() * step));
+    }
+    Some(matrices)
 }
 
 /// Takes the copy from entities that deform no more.

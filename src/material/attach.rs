@@ -19,7 +19,7 @@ use crate::{
 pub(super) struct Visuals {
     volume_revision: u32,
     clip_capacity: ClipCapacity,
-    clip_settings: ClipSettings,
+    depth_map_size: u32,
 }
 
 /// Makes the box and the material of volumes that can be shown, and makes them anew when the
@@ -36,7 +36,7 @@ pub(super) fn attach_visuals(
         let visuals = Visuals {
             volume_revision: table.volume_revision,
             clip_capacity: *clip_capacity,
-            clip_settings: clip_settings.clone(),
+            depth_map_size: clip_settings.depth_map_size,
         };
         if current == Some(&visuals) {
             continue;

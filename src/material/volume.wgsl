@@ -1,8 +1,8 @@
 // Step VI of the CAO paper (section 3.5): front-to-back ray casting of a volume with the clip test
 // at every sample. Samples are classified after interpolation, shaded by the occlusion volume
 // (V_AO) and, where asked for, by Blinn-Phong with gradients of the clipped opacity (V_o, 3D
-// Sobel) and a light at the camera. Where a ray leaves a carver, the cut is found and sampled: the
-// paper samples at steps alone.
+// Sobel) and a light at the camera. Where a ray enters or leaves a carver, the cut is found and
+// sampled: the paper samples at steps alone.
 //
 // No branch depends on uniforms alone: Mesa's software driver compiles such shaders anew in every
 // draw, and (22.3) never frees what it made.
@@ -35,6 +35,10 @@
 const OPAQUE: f32 = 0.99;
 // A cut is found to within this power of two of a step: less than a byte of shading.
 const CUT_HALVINGS: i32 = 6;
+// What the sample before this one was: transparent, opaque, or opaque but clipped.
+const BEFORE_EMPTY: u32 = 0u;
+const BEFORE_VISIBLE: u32 = 1u;
+const BEFORE_CLIPPED: u32 = 2u;
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
@@ -87,7 +91,7 @@ fn classify(p: vec3<f32>) -> vec4<f32> {
     return classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r);
 }
 
-// Adds a sample that stands for so many steps of the ray behind it.
+// Adds a sample that stands for so many steps of the ray.
 fn accumulate(before: Pixel, sample: vec4<f32>, p: vec3<f32>, direction: vec3<f32>, steps: f32) -> Pixel {
     let opacity = (1.0 - before.alpha) * correct_opacity(sample.a, steps * volume.draw_exponent);
     if opacity <= 0.0 {
@@ -96,14 +100,14 @@ fn accumulate(before: Pixel, sample: vec4<f32>, p: vec3<f32>, direction: vec3<f3
     return Pixel(before.color + opacity * shade(sample.rgb, opacity, p, direction), before.alpha + opacity);
 }
 
-// How far before a visible point the cut is, mm, if the point a step before is clipped: the last
-// visible point found by halving.
-fn cut_before(near: vec3<f32>, along: f32, direction: vec3<f32>) -> f32 {
-    var visible_mm = 0.0;
-    var clipped_mm = volume.draw_step_mm;
+// Where a ray is cut between a visible and a clipped point, given by their distances from `near`:
+// the last visible point found by halving.
+fn cut_between(near: vec3<f32>, direction: vec3<f32>, visible_at: f32, clipped_at: f32) -> f32 {
+    var visible_mm = visible_at;
+    var clipped_mm = clipped_at;
     for (var k = 0; k < CUT_HALVINGS; k += 1) {
         let middle_mm = 0.5 * (visible_mm + clipped_mm);
-        if is_visible(near + (along - middle_mm) * direction) {
+        if is_visible(near + middle_mm * direction) {
             visible_mm = middle_mm;
         } else {
             clipped_mm = middle_mm;
@@ -144,30 +148,34 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
 
     let offset = mix(0.5, noise(floor(in.position.xy)), volume.jitter_share);
     var pixel = Pixel(vec3(0.0), 0.0);
-    // Whether the sample before was opaque but clipped: then there is a cut before this one.
-    var was_clipped = false;
+    // What the sample before was.
+    var before = BEFORE_EMPTY;
     let count = u32(max(ceil((end_mm - start_mm) / volume.draw_step_mm - offset), 0.0));
     for (var i = 0u; i < count; i += 1u) {
         let along = start_mm + (f32(i) + offset) * volume.draw_step_mm;
         let p = origin + along * velocity;
         let sample = classify(p);
         if sample.a <= 0.0 {
-            was_clipped = false;
+            before = BEFORE_EMPTY;
             continue;
         }
-        if !is_visible(near + along * direction) {
-            was_clipped = true;
-            continue;
+        // A sample stands for the step before it. Where a carver cuts that, what is left of it is
+        // sampled at the cut: surfaces stay where they are when a carver moves by less than a step,
+        // and are as smooth as the carver.
+        let visible = is_visible(near + along * direction);
+        let step_mm = volume.draw_step_mm;
+        if visible && before != BEFORE_CLIPPED {
+            pixel = accumulate(pixel, sample, p, direction, 1.0);
+        } else if visible {
+            let cut_mm = cut_between(near, direction, along, along - step_mm);
+            let cut = origin + cut_mm * velocity;
+            pixel = accumulate(pixel, classify(cut), cut, direction, (along - cut_mm) / step_mm);
+        } else if before == BEFORE_VISIBLE {
+            let cut_mm = cut_between(near, direction, along - step_mm, along);
+            let cut = origin + cut_mm * velocity;
+            pixel = accumulate(pixel, classify(cut), cut, direction, (cut_mm - along) / step_mm + 1.0);
         }
-        if was_clipped {
-            // One more sample where the cut is: surfaces stay where they are when a carver moves by
-            // less than a step, and are as smooth as the carver.
-            let before_mm = cut_before(near, along, direction);
-            let cut = origin + (along - before_mm) * velocity;
-            pixel = accumulate(pixel, classify(cut), cut, direction, before_mm / volume.draw_step_mm);
-            was_clipped = false;
-        }
-        pixel = accumulate(pixel, sample, p, direction, 1.0);
+        before = select(BEFORE_CLIPPED, BEFORE_VISIBLE, visible);
         if pixel.alpha >= OPAQUE {
             // What little is left is of the same colour, not of the background's.
             pixel = Pixel(pixel.color / pixel.alpha, 1.0);

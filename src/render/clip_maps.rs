@@ -25,7 +25,8 @@ pub(crate) struct ClipMaps {
 pub(crate) struct Slot {
     pub layers: LayerRange,
     pub count: SurfaceCount,
-    pub drawn: Option<DepthKey>,
+    /// What the depth maps show, and whether its last layer is cut off.
+    pub drawn: Option<(DepthKey, bool)>,
     pub dilated: Option<DilationKey>,
     pub revision: u64,
 }
@@ -43,6 +44,8 @@ pub(crate) struct DepthKey {
     pub mesh: AssetId<Mesh>,
     revision: u32,
     pub frame: ClipFrame,
+    /// Texels per side.
+    map_size: u32,
 }
 
 /// What a dilation map depends on, besides the depth map: half axes of ellipsoids, clip map space.
@@ -85,8 +88,8 @@ impl DilationKey {
 }
 
 impl DepthKey {
-    pub fn of(carver: &ExtractedCarver) -> Self {
-        Self { mesh: carver.mesh, revision: carver.revision, frame: carver.frame }
+    pub fn of(carver: &ExtractedCarver, map_size: u32) -> Self {
+        Self { mesh: carver.mesh, revision: carver.revision, frame: carver.frame, map_size }
     }
 }
 
@@ -101,18 +104,12 @@ impl ClipMaps {
     /// Makes room for the carvers of the scene, and frees what the others had.
     pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice) {
         let capacity = scene.clip_capacity.0;
-        let size =
-            depth_map_size(scene.clip_settings.depth_map_size, device.limits().max_texture_dimension_2d);
+        let size = depth_map_size(scene.clip_settings.depth_map_size, &device.limits());
         let fits = |textures: &ClipTextures| textures.capacity == capacity && textures.depth_map_size == size;
         if !self.textures.as_ref().is_some_and(fits) {
-            let changes_size = self.textures.as_ref().is_some_and(|textures| textures.depth_map_size != size);
             self.textures = Some(ClipTextures::new(capacity, size, device));
             for slot in self.slots.values_mut() {
                 slot.place(default());
-                if changes_size {
-                    // Other texels see other surfaces.
-                    slot.count = default();
-                }
             }
         }
         let alive = scene.carver_entities();

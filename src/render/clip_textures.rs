@@ -7,6 +7,7 @@ use bevy::{
         render_resource::{
             Buffer, BufferDescriptor, BufferUsages, Extent3d, Texture, TextureDescriptor, TextureDimension,
             TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
+            WgpuLimits,
         },
         renderer::RenderDevice,
     },
@@ -20,6 +21,9 @@ const TEXELS_PER_DILATION_TEXEL: u32 = 8;
 
 /// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
 const TEXELS_PER_TILE: u32 = 16;
+
+/// Of `Progress` in WGSL.
+const PEEL_BYTES_PER_TEXEL: u64 = 8;
 
 /// Of the depth maps: near and far.
 pub(crate) const LAYER_FORMAT: TextureFormat = TextureFormat::Rg32Float;
@@ -64,8 +68,11 @@ pub(crate) struct TextureAndView {
     pub view: TextureView,
 }
 
-/// A depth map size that divides into tiles.
-pub(crate) fn depth_map_size(requested: u32, largest: u32) -> u32 {
+/// A depth map size that divides into tiles, and that the device can hold and peel.
+pub(crate) fn depth_map_size(requested: u32, limits: &WgpuLimits) -> u32 {
+    let peeled_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let peeled = (peeled_bytes / PEEL_BYTES_PER_TEXEL).isqrt() as u32;
+    let largest = limits.max_texture_dimension_2d.min(peeled);
     let step = TEXELS_PER_TILE;
     requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
 }
@@ -153,7 +160,7 @@ impl ClipTextures {
             ),
             progress: device.create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_peel_progress"),
-                size: 8 * u64::from(size) * u64::from(size),
+                size: PEEL_BYTES_PER_TEXEL * u64::from(size) * u64::from(size),
                 usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),

@@ -27,7 +27,7 @@ const EXTENT: f32 = 1.0949874;
 // most even over all directions, among those below the published 32.
 const LINES: u32 = 29u;
 const GENERATOR: u32 = 12u;
-// The first 8 lines are this much longer than the voxel, so that what they miss is small.
+// The first 9 lines are this much longer than the voxel, so that what they miss is small.
 const FIRST_LINES: f32 = 1.5;
 
 struct Clipping {
@@ -96,35 +96,37 @@ fn spread_point(k: u32) -> vec3<f32> {
     return 2.0 * fract(vec3(0.5) + f32(k + 1u) * step) - 1.0;
 }
 
-// How much of a line of sight through `p` is inside a carver's mesh, of `half_length` to either side.
-fn length_inside(carver: Carver, p: vec3<f32>, half_length: f32) -> f32 {
+// How much of a line of sight through `p` is inside a carver's mesh, of `half_length` to either side;
+// and its length, rounded alike, so that all of it is exactly all.
+fn length_inside(carver: Carver, p: vec3<f32>, half_length: f32) -> vec2<f32> {
+    let begin = p.z - half_length;
+    let end = p.z + half_length;
     if !is_in_unit_square(p.xy) {
-        return 0.0;
+        return vec2(0.0, end - begin);
     }
     let texel = vec2<u32>(p.xy * volume.depth_map_size);
     var inside = 0.0;
     for (var layer = carver.first_layer; layer < carver.end_layer; layer += 1u) {
         let depths = textureLoad(depth_maps, texel, layer, 0);
-        inside += max(0.0, min(depths.g, p.z + half_length) - max(depths.r, p.z - half_length));
+        inside += max(0.0, min(depths.g, end) - max(depths.r, begin));
     }
-    return inside;
+    return vec2(inside, end - begin);
 }
 
 // The share of a voxel at `p` (clip map space) that is inside a carver's mesh. The voxel is taken as
 // a box of the same variance that has one edge along the line of sight (`CarverUniform`).
 fn inside_share(carver: Carver, p: vec3<f32>) -> f32 {
-    // At its corners and the middles of its sides: most voxels are all in or all out.
+    // In its middle, its corners and the middles of its sides: most voxels are all in or all out.
     let first_half = FIRST_LINES * carver.footprint_z;
     var some_in = false;
     var some_out = false;
     for (var k = 0u; k < 9u; k += 1u) {
-        if k == 4u {
-            continue;
-        }
-        let offset = (vec2<f32>(vec2(k % 3u, k / 3u)) - 1.0) * EXTENT;
+        // The middle first.
+        let place = (k + 4u) % 9u;
+        let offset = (vec2<f32>(vec2(place % 3u, place / 3u)) - 1.0) * EXTENT;
         let inside = length_inside(carver, beside(carver, p, offset), first_half);
-        some_in |= inside > 0.0;
-        some_out |= inside < 1.999 * first_half;
+        some_in |= inside.x > 0.0;
+        some_out |= inside.x < inside.y;
         if some_in && some_out {
             break;
         }
@@ -136,16 +138,14 @@ fn inside_share(carver: Carver, p: vec3<f32>) -> f32 {
     let x = p.x / carver.footprint_x.x;
     let place = vec2(x, (p.y - carver.footprint_x.y * x) / carver.footprint_y.x) / (2.0 * EXTENT);
     let half = carver.footprint_z;
-    var inside = 0.0;
-    var weights = 0.0;
+    var inside = vec2(0.0);
     for (var k = 0u; k < LINES; k += 1u) {
         let point = (vec2<f32>(vec2(k, (GENERATOR * k) % LINES)) + 0.5) / f32(LINES);
         let offset = (fract(point - place + 0.5) - 0.5) * (2.0 * EXTENT);
         let fades = saturate((EXTENT - abs(offset)) / (2.0 * FADE));
         inside += fades.x * fades.y * length_inside(carver, beside(carver, p, offset), half);
-        weights += fades.x * fades.y;
     }
-    return saturate(inside / (2.0 * half * weights));
+    return saturate(inside.x / inside.y);
 }
 
 // A point beside `p` (clip map space) by an offset in voxels across the line of sight.

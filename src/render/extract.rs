@@ -133,7 +133,8 @@ pub(crate) fn extract_scene(
 
 fn is_invertible(transform: &GlobalTransform) -> bool {
     let affine = transform.affine();
-    affine.is_finite() && affine.matrix3.determinant() != 0.0
+    let determinant = affine.matrix3.determinant();
+    affine.is_finite() && determinant != 0.0 && determinant.is_finite()
 }
 
 impl ExtractedScene {

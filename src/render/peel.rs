@@ -121,7 +121,6 @@ impl PeelPipelines {
         };
         let groups = [group([0, 1])?, group([1, 0])?];
         let several = (layers.count > 1).then(|| {
-            textures.prepare_peeling(device);
             let compared = [0, 1].map(|k| clip_draw.bind_surface(&textures.surfaces[k].view, cache, device));
             let peeling = textures.prepare_peeling(device);
             let progress = peeling.progress.clone();

@@ -1,8 +1,8 @@
 // Step II of the CAO paper (section 3.4): from the surfaces that the clip camera sees to layers,
 // pairs of depths between which a point is inside the clip mesh.
 //
-// A mesh with at most two surfaces along any line of sight is the paper's case: one layer, from the
-// nearest to the farthest. Any other is peeled, surface by surface. Where front and back faces
+// A mesh with fewer than four surfaces along any line of sight is the paper's case: one layer, from
+// the nearest to the farthest. Any other is peeled, surface by surface. Where front and back faces
 // along a line balance, a point is inside while its winding number is not zero: shells of one mesh
 // may overlap or touch. Where they do not balance (flipped or missing faces) every surface leads in
 // or out in turn.

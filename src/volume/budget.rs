@@ -13,7 +13,8 @@ use super::{Intensities, Volume, Volume3d, VolumeFailed};
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VolumeBudget {
     /// Bytes of one volume, with its opacities, categories and occlusion: 5 a voxel for one of 8
-    /// bits, 6 for one of 16. A higher budget shows larger volumes, as long as the device has the
+    /// bits, 6 for one of 16; up to four times that on a device that cannot store single bytes. A
+    /// higher budget shows larger volumes, as long as the device has the
     /// memory; it cannot be asked how much that is.
     pub most_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
@@ -95,6 +96,7 @@ impl VolumeBudget {
 #[derive(Component)]
 pub(crate) struct ShownVolume {
     of: AssetId<Volume>,
+    budget: VolumeBudget,
     /// The volume itself, or a smaller one; `None` if it cannot be shown.
     pub volume: Option<Handle<Volume>>,
 }
@@ -103,7 +105,7 @@ pub(crate) struct ShownVolume {
 pub(super) fn fit_volumes(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Volume>>,
-    entities: Query<(Entity, Ref<Volume3d>, Option<&ShownVolume>)>,
+    entities: Query<(Entity, &Volume3d, Option<&ShownVolume>)>,
     orphans: Query<Entity, (With<ShownVolume>, Without<Volume3d>)>,
     budget: Res<VolumeBudget>,
     device: Option<Res<RenderDevice>>,
@@ -120,7 +122,7 @@ pub(super) fn fit_volumes(
     for (entity, handle, shown) in &entities {
         let id = handle.id();
         let is_current = shown.is_some_and(|shown| shown.of == id);
-        if is_current && !modified.contains(&id) && !budget.is_changed() {
+        if is_current && !modified.contains(&id) && shown.is_some_and(|shown| shown.budget == *budget) {
             continue;
         }
         let Some(volume) = volumes.get(id) else {
@@ -154,7 +156,7 @@ pub(super) fn fit_volumes(
                 }
             },
         };
-        commands.entity(entity).try_insert(ShownVolume { of: id, volume });
+        commands.entity(entity).try_insert(ShownVolume { of: id, budget: budget.clone(), volume });
     }
     for entity in &orphans {
         commands.entity(entity).try_remove::<ShownVolume>();

@@ -37,8 +37,9 @@ pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 
 /// How much of what the shading of a [`Volume3d`] needs has been computed: 0 to 1.
 ///
-/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change. Carvers
-/// do not lower it: what they change is computed in the same frame.
+/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change. A carver
+/// that moves does not lower it: what it changes is computed in the same frame. One with a new mesh
+/// does, for the frames until it is known how many layers the mesh has.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionProgress(pub f32);

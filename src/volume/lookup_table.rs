@@ -12,7 +12,7 @@ use super::{
     VolumeTransferFunction,
 };
 
-/// The transfer function of a [`Volume3d`] over the volume's range of intensities, inserted and
+/// The transfer function of a [`Volume3d`](super::Volume3d) over the volume's range of intensities, inserted and
 /// kept up to date by the plugin.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct LookupTable {

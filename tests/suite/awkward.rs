@@ -1,9 +1,7 @@
 //! Input that is late, collapsed, mirrored, stepped or out of range.
 
 use bevy::{
-    asset::RenderAssetUsages,
     math::{DAffine3, DMat3, DVec3},
-    mesh::PrimitiveTopology,
     prelude::*,
 };
 use bevy_contextual_ao::{
@@ -121,35 +119,6 @@ fn a_volume_is_prepared_once() {
     let volume = scene.volume;
     let table = scene.world().get::<LookupTable>(volume).expect("a table");
     assert_eq!((table.revision, table.volume_revision), (0, 0));
-}
-
-#[test]
-fn meshes_that_cannot_carve_are_reported_once() {
-    #[derive(Resource, Default)]
-    struct Reasons(Vec<String>);
-    let mut scene = TestScene::with(
-        folded_volume(SIZE, DVec3::ONE),
-        opaque_ramp(),
-        few_rays(),
-        ShadingMode::Cao,
-        |app| {
-            app.init_resource::<Reasons>().add_observer(
-                |event: On<ClipMeshFailed>, mut reasons: ResMut<Reasons>| {
-                    reasons.0.push(event.reason.clone());
-                },
-            );
-        },
-    );
-    let points = |topology| {
-        Mesh::new(topology, RenderAssetUsages::default())
-            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[1.0f32; 3]; 3])
-    };
-    scene.carve(points(PrimitiveTopology::PointList), ClipMesh::default(), place(0.0));
-    scene.carve(points(PrimitiveTopology::TriangleList), ClipMesh::default(), place(0.0));
-    scene.settle();
-    let mut reasons = scene.world().resource::<Reasons>().0.clone();
-    reasons.sort();
-    assert_eq!(reasons, ["it has no extent", "it is not made of triangles"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
+use crate::common::shapes::Triangles;
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 /// A category byte of a clipped voxel, whose value no renderer reads.
@@ -91,6 +92,19 @@ fn several_carvers_and_probing_are_exact() {
         Transform::from_xyz(1.0, 0.0, 1.0).with_scale(Vec3::new(1.0, 0.8, 1.1)),
     );
     assert_exact(&mut scene, "two in a probe");
+}
+
+#[test]
+fn carvers_of_several_layers_are_exact() {
+    let mut scene = scene(DVec3::new(1.0, 1.3, 0.8), translucent_ramp());
+    let bowl = || Triangles::bowl(11.0, 7.0, 48).rotated(Quat::from_rotation_x(1.1)).mesh();
+    let at = Transform::from_xyz(3.0, 2.0, 4.0).with_rotation(Quat::from_rotation_y(0.6));
+    for (name, clip_mesh) in [("subtracts", ClipMesh::default()), ("keeps", ClipMesh::intersect())] {
+        let carver = scene.carve(bowl(), clip_mesh, at);
+        assert_exact(&mut scene, name);
+        assert!(scene.status().clip_layers > 1, "the bowl has one layer");
+        scene.world().despawn(carver);
+    }
 }
 
 #[test]

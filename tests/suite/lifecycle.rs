@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     prelude::*,
 };
 
+use crate::common::shapes::Triangles;
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
@@ -53,6 +54,30 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     for span in [SPAN_COUNT, SPAN_DEPTH] {
         assert_eq!(scene.status().passes.jobs(span), moved.jobs(span) + 1, "{span} for a new mesh");
     }
+}
+
+#[test]
+fn the_old_mesh_carves_until_the_new_one_is_known() {
+    let mut scene = scene();
+    scene.settle();
+    let untouched = scene.headless.image();
+    // Two layers, so that there is room to lose.
+    let bowl = || Triangles::bowl(9.0, 6.0, 32).rotated(Quat::from_rotation_x(1.1));
+    let carver = scene.carve_with(&bowl(), at(4.0));
+    scene.settle();
+    scene.headless.frame();
+    let before = scene.headless.image();
+    assert!(before != untouched && scene.status().clip_layers == 2);
+    let mesh = scene.world().resource_mut::<Assets<Mesh>>().add(bowl().scaled(Vec3::splat(0.8)).mesh());
+    scene.world().entity_mut(carver).insert(Mesh3d(mesh));
+    let mut images = Vec::new();
+    for _ in 0..8 {
+        scene.headless.frame();
+        images.push(scene.headless.image());
+    }
+    let after = images.last().cloned().unwrap_or_default();
+    assert!(after != before && after != untouched);
+    assert!(images.iter().all(|image| *image == before || *image == after), "it did not carve meanwhile");
 }
 
 #[test]

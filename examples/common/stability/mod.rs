@@ -9,6 +9,7 @@ pub mod soak;
 pub mod walks;
 
 use bevy_contextual_ao::prelude::*;
+use clap::ValueEnum;
 use serde_json::{Value, json};
 
 /// One figure.
@@ -50,13 +51,37 @@ pub fn rule_name(rule: CoverageRule) -> &'static str {
     }
 }
 
-/// Runs all cases in full length, and hands out each figure as it comes.
-pub fn run_all(mut report: impl FnMut(Figure)) {
-    motion::sweeps(64, &mut report);
-    motion::coverage_errors(400, &mut report);
-    motion::tremors(200, &mut report);
-    inside_test::shapes(48, &mut report);
-    resolution::table(&[128, 256, 512, 1024, 2048], 300, &mut report);
-    walks::paths(200, &mut report);
-    soak::run(10_000, &mut report);
+/// Runs the cases in full length, all or those of one group, and hands out each figure as it comes.
+pub fn run(group: Option<Group>, mut report: impl FnMut(Figure)) {
+    for one in Group::value_variants().iter().filter(|one| group.is_none_or(|group| group == **one)) {
+        let report = &mut report;
+        match one {
+            Group::Sweep => motion::sweeps(64, report),
+            Group::Coverage => motion::coverage_errors(400, report),
+            Group::Tremor => motion::tremors(200, report),
+            Group::Inside => inside_test::shapes(48, report),
+            Group::Resolution => resolution::table(&[128, 256, 512, 1024, 2048], 300, report),
+            Group::Walk => walks::paths(200, report),
+            Group::Soak => soak::run(10_000, report),
+        }
+    }
+}
+
+/// What can be run by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Group {
+    /// Carvers that move by 1/32 voxel a frame.
+    Sweep,
+    /// Coverage against the exact share.
+    Coverage,
+    /// The noise of a tracked hand.
+    Tremor,
+    /// Concave meshes against an exact inside test.
+    Inside,
+    /// Sizes of the clip maps.
+    Resolution,
+    /// Random walks against a fresh start.
+    Walk,
+    /// 10,000 frames of random changes.
+    Soak,
 }

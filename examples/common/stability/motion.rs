@@ -28,7 +28,7 @@ struct Case {
     pose: Transform,
 }
 
-fn cases() -> [Case; 5] {
+fn cases() -> [Case; 6] {
     let at = Transform::from_translation(PLACE);
     let oblique = Vec3::new(1.0, 2.0, 3.0).normalize();
     let tilted = at.with_rotation(Quat::from_axis_angle(oblique, 30f32.to_radians()));
@@ -40,6 +40,7 @@ fn cases() -> [Case; 5] {
         Case { name: "box at 30 degrees", mesh: cuboid(), pose: tilted },
         Case { name: "torus", mesh: torus(), pose: at },
         Case { name: "torus at 30 degrees", mesh: torus(), pose: tilted },
+        Case { name: "sphere of a voxel's radius", mesh: Triangles::sphere(1.0, 24), pose: at },
     ]
 }
 

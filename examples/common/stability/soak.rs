@@ -215,7 +215,7 @@ pub fn run(frames: u32, report: &mut impl FnMut(Figure)) {
         figure(name, unit, 0.0, value);
     }
     if let Some(grown) = grown {
-        // What allocators keep; a leak of a kilobyte a frame would show in 10,000.
+        // What allocators keep; a leak of 10 KiB a frame would show in 10,000.
         figure(
             "memory of the process grown since a quarter of it",
             "MiB",

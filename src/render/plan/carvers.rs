@@ -74,7 +74,7 @@ pub(crate) fn plan_carvers(
             continue;
         }
         plan.carvers_wait |= draw_layers(carver, slot, textures, &mut passes, &mut plan).is_none();
-        let (Some(drawn), layers) = (slot.drawn, slot.layers) else {
+        let (Some((drawn, _)), layers) = (slot.drawn, slot.layers) else {
             continue;
         };
         let operation = carver.clip_mesh.operation;
@@ -112,26 +112,29 @@ fn count_surfaces(
             continue;
         };
         slot.count.receive(&passes.device);
-        let key = DepthKey::of(carver);
+        let key = DepthKey::of(carver, textures.depth_map_size);
         if slot.count.is_wanted(&key)
             && let Some(draw) = passes.prepare(carver)
         {
             let CarverPasses { count, cache, device, .. } = &*passes;
             plan.counts.push(count.begin(draw, key, &mut slot.count, textures, cache, device));
         }
-        plan.carvers_wait |= !slot.count.is_final(&key);
     }
 }
 
 /// How many layers each carver is to get whose surfaces are known. All together get no more than
-/// the arrays can have, which is enough for one each.
+/// the arrays can have, which is enough for one each; where it is not enough, those that were
+/// spawned first get theirs.
 fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FramePlan) -> Vec<(Entity, u32)> {
     let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
     let mut spare = MAX_LAYERS - scene.carvers.len() as u32;
     plan.cut_off.clear();
     let wanted = scene.carvers.iter().filter_map(|carver| {
         let (entity, mesh) = (carver.entity, carver.mesh);
-        let has_layers = (clip_maps.slots.get(&entity)?.count.of(mesh)? / 2).max(1);
+        let slot = clip_maps.slots.get(&entity)?;
+        // While the surfaces of a new mesh are being counted, the maps of the old one stay.
+        let current = Some(slot.layers.count).filter(|count| *count > 0);
+        let has_layers = slot.count.of(mesh).map(layers_of).or(current)?;
         let gets_layers = has_layers.min(most).min(1 + spare);
         spare -= gets_layers - 1;
         if gets_layers < has_layers {
@@ -152,11 +155,12 @@ fn draw_layers(
     passes: &mut CarverPasses,
     plan: &mut FramePlan,
 ) -> Option<()> {
-    let key = DepthKey::of(carver);
-    if slot.drawn == Some(key) {
+    let key = DepthKey::of(carver, textures.depth_map_size);
+    let surfaces = slot.count.of(carver.mesh)?;
+    let is_cut_off = layers_of(surfaces) > slot.layers.count;
+    if slot.drawn == Some((key, is_cut_off)) {
         return Some(());
     }
-    let surfaces = slot.count.of(carver.mesh)?;
     if slot.layers.count == 0 {
         return None;
     }
@@ -172,9 +176,15 @@ fn draw_layers(
         device,
         queue,
     )?);
-    slot.drawn = Some(key);
+    slot.drawn = Some((key, is_cut_off));
     slot.dilated = None;
     Some(())
+}
+
+/// Layers that a mesh has with so many surfaces along a line of sight: what begins and does not end
+/// is none.
+fn layers_of(surfaces: u32) -> u32 {
+    (surfaces / 2).max(1)
 }
 
 impl CarverPasses<'_> {
