@@ -35,10 +35,10 @@
 const OPAQUE: f32 = 0.99;
 // A cut is found to within this power of two of a step: less than a byte of shading.
 const CUT_HALVINGS: i32 = 6;
-// What the sample before this one was: transparent, opaque, or opaque but clipped.
-const BEFORE_EMPTY: u32 = 0u;
-const BEFORE_VISIBLE: u32 = 1u;
-const BEFORE_CLIPPED: u32 = 2u;
+// What a sample is: transparent, opaque, or opaque but clipped.
+const EMPTY: u32 = 0u;
+const VISIBLE: u32 = 1u;
+const CLIPPED: u32 = 2u;
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
@@ -148,39 +148,45 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
 
     let offset = mix(0.5, noise(floor(in.position.xy)), volume.jitter_share);
     var pixel = Pixel(vec3(0.0), 0.0);
-    // What the sample before was.
-    var before = BEFORE_EMPTY;
+    var before = EMPTY;
+    var last = vec4(0.0);
+    var last_p = vec3(0.0);
     let count = u32(max(ceil((end_mm - start_mm) / volume.draw_step_mm - offset), 0.0));
     for (var i = 0u; i < count; i += 1u) {
         let along = start_mm + (f32(i) + offset) * volume.draw_step_mm;
         let p = origin + along * velocity;
         let sample = classify(p);
-        if sample.a <= 0.0 {
-            before = BEFORE_EMPTY;
-            continue;
+        var now = EMPTY;
+        if sample.a > 0.0 {
+            now = select(CLIPPED, VISIBLE, is_visible(near + along * direction));
         }
-        // A sample stands for the step before it. Where a carver cuts that, what is left of it is
-        // sampled at the cut: surfaces stay where they are when a carver moves by less than a step,
-        // and are as smooth as the carver.
-        let visible = is_visible(near + along * direction);
         let step_mm = volume.draw_step_mm;
-        if visible && before != BEFORE_CLIPPED {
-            pixel = accumulate(pixel, sample, p, direction, 1.0);
-        } else if visible {
+        if before == VISIBLE {
+            // The sample before stands for the step from there to here, as far as it is not cut.
+            var steps = 1.0;
+            if now == CLIPPED {
+                steps += (cut_between(near, direction, along - step_mm, along) - along) / step_mm;
+            }
+            pixel = accumulate(pixel, last, last_p, direction, steps);
+        } else if before == CLIPPED && now == VISIBLE {
+            // What is left of the step is sampled at the cut: surfaces stay where they are when a
+            // carver moves by less than a step, and are as smooth as the carver.
             let cut_mm = cut_between(near, direction, along, along - step_mm);
             let cut = origin + cut_mm * velocity;
             pixel = accumulate(pixel, classify(cut), cut, direction, (along - cut_mm) / step_mm);
-        } else if before == BEFORE_VISIBLE {
-            let cut_mm = cut_between(near, direction, along - step_mm, along);
-            let cut = origin + cut_mm * velocity;
-            pixel = accumulate(pixel, classify(cut), cut, direction, (cut_mm - along) / step_mm + 1.0);
         }
-        before = select(BEFORE_CLIPPED, BEFORE_VISIBLE, visible);
+        before = now;
+        last = sample;
+        last_p = p;
         if pixel.alpha >= OPAQUE {
             // What little is left is of the same colour, not of the background's.
             pixel = Pixel(pixel.color / pixel.alpha, 1.0);
+            before = EMPTY;
             break;
         }
+    }
+    if before == VISIBLE {
+        pixel = accumulate(pixel, last, last_p, direction, 1.0);
     }
     if pixel.alpha <= 0.0 {
         discard;
