@@ -18,7 +18,10 @@ const MOST_VOLUMES: usize = 3;
 const MOST_CAMERAS: usize = 3;
 
 fn scene() -> TestScene {
-    TestScene::new(volume(0), opaque_ramp(), few_rays(), ShadingMode::Cao)
+    let mut scene = TestScene::new(volume(0), opaque_ramp(), few_rays(), ShadingMode::Cao);
+    // Frames are many: the smaller the maps, the more of them in an hour.
+    scene.set_clip(|clip| clip.depth_map_size = 64);
+    scene
 }
 
 fn volume(k: usize) -> Volume {
@@ -172,6 +175,9 @@ pub fn run(frames: u32, report: &mut impl FnMut(Figure)) {
         Soak { volumes: vec![scene.volume], scene, random: Random(7), carvers: vec![], cameras: vec![] };
     let mut settled = None;
     for frame in 0..frames {
+        if frame > 0 && frame.is_multiple_of(500) {
+            eprintln!("soak: {frame} of {frames} frames");
+        }
         soak.change();
         soak.scene.headless.frame();
         // Until then pipelines are compiled and pools fill.
