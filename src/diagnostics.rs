@@ -9,6 +9,8 @@ use bevy::{
 };
 use std::sync::{Arc, Mutex};
 
+use crate::clip::ClipMeshCutOff;
+
 /// Counting the surfaces of carvers whose mesh changed (before step II).
 pub const SPAN_COUNT: &str = "contextual_ao/count_surfaces";
 /// Rendering the depth maps of carvers that changed (step II).
@@ -91,16 +93,7 @@ pub(crate) struct Report {
     /// Layers that the carvers' meshes need in all.
     pub layers_wanted: u32,
     /// Carvers whose meshes have more layers than they get.
-    pub cut_off: Vec<CutOff>,
-}
-
-/// A carver whose mesh has more layers than it gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct CutOff {
-    pub entity: Entity,
-    pub mesh: AssetId<Mesh>,
-    pub has_layers: u32,
-    pub gets_layers: u32,
+    pub cut_off: Vec<ClipMeshCutOff>,
 }
 
 /// Times every pass by the clock while `true`, waiting for the device after each.

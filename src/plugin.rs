@@ -7,7 +7,7 @@ use bevy::{
 
 use crate::{
     clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
-    diagnostics::{CountWork, CutOff, RenderStatus, ReportChannel, TimePassesByClock},
+    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, OcclusionRenderPlugin},
@@ -75,7 +75,7 @@ fn receive_report(
     mut status: ResMut<RenderStatus>,
     mut volumes: Query<&mut OcclusionProgress>,
     mut layers_wanted: ResMut<LayersWanted>,
-    mut cut_off: Local<Vec<CutOff>>,
+    mut cut_off: Local<Vec<ClipMeshCutOff>>,
 ) {
     let Ok(mut report) = channel.0.lock() else {
         return;
@@ -84,10 +84,8 @@ fn receive_report(
     status.set_if_neq(new);
     layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));
     if *cut_off != report.cut_off {
-        for &CutOff { entity, mesh, has_layers, gets_layers } in
-            report.cut_off.iter().filter(|new| !cut_off.contains(new))
-        {
-            commands.trigger(ClipMeshCutOff { entity, mesh, has_layers, gets_layers });
+        for new in report.cut_off.iter().filter(|new| !cut_off.contains(new)) {
+            commands.trigger(*new);
         }
         cut_off.clone_from(&report.cut_off);
     }

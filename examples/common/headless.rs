@@ -132,6 +132,13 @@ impl Headless {
         assert!(errors.is_empty(), "the renderer complains: {}", errors[0]);
     }
 
+    /// Runs so many frames.
+    pub fn frames(&mut self, count: u32) {
+        for _ in 0..count {
+            self.frame();
+        }
+    }
+
     /// Runs frames until the volume has been read and drawn for the first time with all its
     /// occlusion, or its file could not be read.
     pub fn until_ready(&mut self, volume: Entity) -> Result<(), String> {

@@ -204,9 +204,7 @@ impl<'a> Measurement<'a> {
         self.headless.app.insert_resource(CountWork(false));
         // The counts arrive a few frames later, in which there is nothing to compute.
         self.set_mode(ShadingMode::Solid);
-        for _ in 0..3 {
-            self.headless.frame();
-        }
+        self.headless.frames(3);
         self.set_mode(mode);
         self.headless.frame();
         latest_work(self.headless.diagnostics()).unwrap_or_default()

@@ -47,9 +47,7 @@ fn main() -> Result<(), String> {
     image::save_buffer(&options.out, &pixels, width, height, image::ColorType::Rgba8)
         .map_err(|error| format!("{}: {error}", options.out.display()))?;
     // Timings arrive a frame or two after their pass.
-    for _ in 0..3 {
-        headless.frame();
-    }
+    headless.frames(3);
     println!("{} ({} voxels), {}", scene.name, scene.voxels, options.pattern);
     for span in SPANS.into_iter().chain([SPAN_DRAW]) {
         println!("{span:32} {:9.2} ms", headless.pass_ms(span));

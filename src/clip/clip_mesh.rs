@@ -57,12 +57,13 @@ pub enum ClipTargets {
     Only(Vec<Entity>),
 }
 
-/// Triggered on a [`ClipMesh`] entity whose mesh cannot carve, with the reason.
+/// Triggered on a [`ClipMesh`] entity whose mesh cannot carve, or cannot follow its pose and carves as
+/// it is, with the reason.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct ClipMeshFailed {
     /// The carver.
     pub entity: Entity,
-    /// Why it has no effect.
+    /// Why it cannot.
     pub reason: String,
 }
 
@@ -70,7 +71,7 @@ pub struct ClipMeshFailed {
 /// [`ClipSettings::most_layers`](super::ClipSettings::most_layers) allows: seen from its clip camera,
 /// more pieces lie behind one another. What is behind the last but one layer is carved from its
 /// nearest to its farthest surface.
-#[derive(EntityEvent, Clone, Debug)]
+#[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClipMeshCutOff {
     /// The carver.
     pub entity: Entity,

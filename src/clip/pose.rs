@@ -48,15 +48,10 @@ impl Pose {
                 }
             }
         }
-        if let (
-            false,
-            Some(VertexAttributeValues::Uint16x4(joints)),
-            Some(VertexAttributeValues::Float32x4(weights)),
-        ) = (
-            self.joints.is_empty(),
-            attribute(Mesh::ATTRIBUTE_JOINT_INDEX)?,
-            attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT)?,
-        ) {
+        if !self.joints.is_empty()
+            && let Some(VertexAttributeValues::Uint16x4(joints)) = attribute(Mesh::ATTRIBUTE_JOINT_INDEX)?
+            && let Some(VertexAttributeValues::Float32x4(weights)) = attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT)?
+        {
             for ((position, joints), weights) in positions.iter_mut().zip(joints).zip(weights) {
                 let joint = |k: u16| self.joints.get(usize::from(k)).copied().unwrap_or_default();
                 let blended = joints.iter().zip(weights).map(|(&k, &weight)| joint(k) * weight);

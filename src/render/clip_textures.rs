@@ -1,18 +1,12 @@
 //! The textures behind the clip maps: arrays shared by all carvers, and what finding a mesh's
 //! layers needs in between.
 
-use bevy::{
-    prelude::*,
-    render::{
-        render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, Extent3d, Texture, TextureDescriptor, TextureDimension,
-            TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
-            WgpuLimits,
-        },
-        renderer::RenderDevice,
-    },
+use bevy::render::{
+    render_resource::{Buffer, BufferDescriptor, BufferUsages, TextureFormat, TextureUsages, WgpuLimits},
+    renderer::RenderDevice,
 };
 
+use super::textures::{TextureAndView, usage_of};
 use crate::diagnostics::GpuUsage;
 
 /// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
@@ -62,12 +56,6 @@ pub(crate) struct PeelTextures {
     pub progress: Buffer,
 }
 
-/// A texture with the view of all of it.
-pub(crate) struct TextureAndView {
-    pub texture: Texture,
-    pub view: TextureView,
-}
-
 /// A depth map size that divides into tiles, and that the device can hold and peel.
 pub(crate) fn depth_map_size(requested: u32, limits: &WgpuLimits) -> u32 {
     let peeled_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -75,51 +63,6 @@ pub(crate) fn depth_map_size(requested: u32, limits: &WgpuLimits) -> u32 {
     let largest = limits.max_texture_dimension_2d.min(peeled);
     let step = TEXELS_PER_TILE;
     requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
-}
-
-impl TextureAndView {
-    pub fn new(
-        device: &RenderDevice,
-        descriptor: &TextureDescriptor,
-        dimension: TextureViewDimension,
-    ) -> Self {
-        let texture = device.create_texture(descriptor);
-        let view = texture.create_view(&TextureViewDescriptor { dimension: Some(dimension), ..default() });
-        Self { texture, view }
-    }
-
-    /// A square 2D array that shaders read.
-    fn array(
-        device: &RenderDevice,
-        label: &'static str,
-        (size, layers): (u32, u32),
-        format: TextureFormat,
-        written_as: TextureUsages,
-    ) -> Self {
-        let descriptor = TextureDescriptor {
-            label: Some(label),
-            size: Extent3d { width: size, height: size, depth_or_array_layers: layers },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format,
-            usage: written_as | TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        };
-        Self::new(device, &descriptor, TextureViewDimension::D2Array)
-    }
-
-    /// A square that shaders read.
-    fn single(
-        device: &RenderDevice,
-        label: &'static str,
-        size: u32,
-        format: TextureFormat,
-        written_as: TextureUsages,
-    ) -> Self {
-        let Self { texture, .. } = Self::array(device, label, (size, 1), format, written_as);
-        Self { view: texture.create_view(&default()), texture }
-    }
 }
 
 impl ClipTextures {
@@ -188,16 +131,4 @@ impl ClipTextures {
         }
         usage
     }
-}
-
-/// Number and bytes of some textures.
-pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> GpuUsage {
-    let mut usage = GpuUsage::default();
-    for texture in textures {
-        let size = texture.size();
-        let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
-        usage.textures += 1;
-        usage.bytes += texels * texture.format().block_copy_size(None).unwrap_or(4) as u64;
-    }
-    usage
 }

@@ -1,5 +1,5 @@
 //! How many surfaces a clip mesh has along the lines of sight of its clip camera: counted on the
-//! device when the mesh changes, known here a frame later.
+//! device when the mesh changes.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -8,82 +8,22 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
             BufferDescriptor, BufferUsages, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
-            ComputePipelineDescriptor, MapMode, PipelineCache, ShaderStages, TextureSampleType,
+            ComputePipelineDescriptor, PipelineCache, ShaderStages, TextureSampleType,
             binding_types::{storage_buffer_sized, texture_2d},
         },
         renderer::RenderDevice,
     },
 };
-use std::sync::{Arc, OnceLock};
 
 use super::{
     clip_draw::{ClipMeshDraw, Draw, MeshSource},
-    clip_maps::{ClipMaps, DepthKey},
+    clip_keys::DepthKey,
+    clip_maps::ClipMaps,
     clip_textures::ClipTextures,
+    surface_count::SurfaceCount,
 };
 
 const BYTES: u64 = 4;
-
-/// What is known about the surfaces of one carver's mesh.
-#[derive(Default)]
-pub(crate) struct SurfaceCount {
-    counted: Option<(DepthKey, u32)>,
-    pending: Option<Pending>,
-}
-
-/// A count under way.
-struct Pending {
-    of: DepthKey,
-    staging: Buffer,
-    /// Whether the staging buffer could be read, once that is known; `None` before it is asked for.
-    arrived: Option<Arc<OnceLock<bool>>>,
-}
-
-impl SurfaceCount {
-    /// The most surfaces along a line of sight, of the latest form of `mesh` that was counted: one
-    /// that deforms goes on being drawn while the count of its new form is under way.
-    pub fn of(&self, mesh: AssetId<Mesh>) -> Option<u32> {
-        self.counted.filter(|(key, _)| key.mesh == mesh).map(|(_, count)| count)
-    }
-
-    /// Whether the count is that of `key` itself.
-    pub fn is_final(&self, key: &DepthKey) -> bool {
-        self.counted.is_some_and(|(counted, _)| counted == *key)
-    }
-
-    /// Whether a count has to be made.
-    pub fn is_wanted(&self, key: &DepthKey) -> bool {
-        self.pending.is_none() && !self.is_final(key)
-    }
-
-    /// Takes over a count that has arrived.
-    pub fn receive(&mut self, device: &RenderDevice) {
-        let Some(Pending { arrived: Some(arrived), of, staging }) = &self.pending else {
-            return;
-        };
-        // An error means that the device was lost.
-        let _ = device.poll(bevy::render::render_resource::PollType::Poll);
-        let Some(&is_readable) = arrived.get() else {
-            return;
-        };
-        if is_readable {
-            let bytes = staging.slice(..).get_mapped_range();
-            self.counted = Some((*of, bytemuck::pod_read_unaligned(&bytes)));
-        }
-        self.pending = None;
-    }
-
-    /// Asks for the count, once it is submitted.
-    fn request(&mut self, device: &RenderDevice) {
-        if let Some(Pending { arrived: arrived @ None, staging, .. }) = &mut self.pending {
-            let result = Arc::new(OnceLock::new());
-            *arrived = Some(result.clone());
-            device.map_buffer(&staging.slice(..), MapMode::Read, move |mapped| {
-                let _ = result.set(mapped.is_ok());
-            });
-        }
-    }
-}
 
 /// Asks for the counts that were made this frame.
 pub(crate) fn request_counts(mut clip_maps: ResMut<ClipMaps>, device: Res<RenderDevice>) {
@@ -151,7 +91,7 @@ impl CountPipeline {
             &cache.get_bind_group_layout(&self.layout),
             &BindGroupEntries::sequential((&textures.counts.view, most.as_entire_binding())),
         );
-        count.pending = Some(Pending { of: key, staging: staging.clone(), arrived: None });
+        count.expect(key, staging.clone());
         CountJob { draw, group, most, staging }
     }
 }

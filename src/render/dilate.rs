@@ -17,7 +17,7 @@ use bevy::{
 };
 
 use super::{
-    clip_maps::DilationKey,
+    clip_keys::DilationKey,
     clip_textures::{ClipTextures, DILATION_FORMAT},
 };
 

@@ -6,9 +6,11 @@
 mod bricks;
 mod classify;
 mod clip_draw;
+mod clip_keys;
 mod clip_maps;
 mod clip_textures;
 mod count_surfaces;
+mod device_loss;
 mod dilate;
 mod encode;
 mod extract;
@@ -17,6 +19,8 @@ mod gpu_volume;
 mod peel;
 mod plan;
 mod ray_cast;
+mod surface_count;
+mod textures;
 pub(crate) mod volume_bindings;
 mod volume_store;
 mod volume_uniform;
@@ -94,7 +98,7 @@ impl Plugin for OcclusionRenderPlugin {
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),
             )
-            .add_systems(RenderStartup, forget_lost_bind_groups)
+            .add_systems(RenderStartup, device_loss::forget_lost_bind_groups)
             .add_systems(ExtractSchedule, extract::extract_scene)
             .add_systems(
                 Render,
@@ -116,10 +120,4 @@ impl Plugin for OcclusionRenderPlugin {
                     .run_if(resource_exists::<DeviceSupport>),
             );
     }
-}
-
-/// Bevy 0.19.1 keeps these bind groups of a lost device until new ones are made, and panics when it
-/// uses them before that.
-fn forget_lost_bind_groups(mut commands: Commands) {
-    commands.remove_resource::<bevy::pbr::BuildIndirectParametersBindGroups>();
 }

@@ -104,7 +104,7 @@ impl PeelPipelines {
         let mut uniform = UniformBuffer::from(LayerRangeUniform {
             first: layers.first,
             count: layers.count,
-            is_cut_off: (surfaces / 2 > layers.count) as u32,
+            is_cut_off: layers.cuts_off(surfaces) as u32,
         });
         uniform.write_buffer(device, queue);
         let group = |[surface, other]: [usize; 2]| {

@@ -14,6 +14,8 @@ struct VolumeUniform {
     dimensions: vec3<u32>,
     // Shares of shading, 0 or 1: by occlusion, by a light; and of the jitter of view rays.
     occlusion_share: f32,
+    light_share: f32,
+    jitter_share: f32,
     // Lookup table entry = texture value * table_scale + table_offset.
     table_scale: f32,
     table_offset: f32,
@@ -22,8 +24,6 @@ struct VolumeUniform {
     draw_exponent: f32,
     // Length of a drawing step, mm.
     draw_step_mm: f32,
-    light_share: f32,
-    jitter_share: f32,
     // Texels per side of the depth maps and of the dilation maps.
     depth_map_size: f32,
     dilation_map_size: f32,
@@ -48,7 +48,9 @@ struct Carver {
     padding: u32,
 }
 
-// Of the entries behind the last carver.
+// Of the entries behind the last carver. Loops over carvers end there, at the latest at MAX_CARVERS: a
+// number of carvers would be a uniform that they branch on alone, and for each value of such a one
+// Mesa's software driver compiles a variant of the shader, and never frees it.
 const OPERATION_NONE: u32 = 0u;
 const OPERATION_SUBTRACT: u32 = 1u;
 const OPERATION_INTERSECT: u32 = 2u;

@@ -16,10 +16,10 @@ use bevy::{
 
 use super::{
     clip_maps::ClipMaps,
-    clip_textures::{TextureAndView, usage_of},
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
+    textures::{TextureAndView, usage_of},
     volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
 };
 use crate::{

@@ -7,8 +7,8 @@ use bevy::{
 };
 
 use super::{
+    clip_maps::ReadyCarver,
     extract::{ExtractedCarver, ExtractedVolume},
-    plan::ReadyCarver,
 };
 use crate::{
     clip::{ClipOperation, MAX_CARVERS},
@@ -23,13 +23,13 @@ pub(crate) struct VolumeUniform {
     local_from_world: Mat4,
     dimensions: UVec3,
     occlusion_share: f32,
+    light_share: f32,
+    jitter_share: f32,
     table_scale: f32,
     table_offset: f32,
     occlusion_exponent: f32,
     draw_exponent: f32,
     draw_step_mm: f32,
-    light_share: f32,
-    jitter_share: f32,
     depth_map_size: f32,
     dilation_map_size: f32,
 }
@@ -57,13 +57,13 @@ impl VolumeUniform {
             local_from_world: Mat4::from(volume.world_from_local.inverse()),
             dimensions: geometry.dimensions,
             occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion),
+            light_share: f32::from(mode.uses_light()),
+            jitter_share: f32::from(volume.shading.jitter),
             table_scale: (largest_stored * entries_per_stored) as f32,
             table_offset: (-lo * entries_per_stored) as f32,
             occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
-            light_share: f32::from(mode.uses_light()),
-            jitter_share: f32::from(volume.shading.jitter),
             depth_map_size: depth_map_size as f32,
             dilation_map_size: dilation_map_size as f32,
         }
@@ -131,12 +131,17 @@ impl CarverUniform {
             footprint_y: edges.y_axis.yz(),
             first_layer: ready.layers.first,
             end_layer: ready.layers.first + ready.layers.count,
-            operation: match carver.clip_mesh.operation {
-                ClipOperation::Subtract => 1,
-                ClipOperation::Intersect => 2,
-            },
+            operation: operation_code(carver.clip_mesh.operation),
             padding: 0,
         }
+    }
+}
+
+/// An operation as `OPERATION_*` in WGSL.
+fn operation_code(operation: ClipOperation) -> u32 {
+    match operation {
+        ClipOperation::Subtract => 1,
+        ClipOperation::Intersect => 2,
     }
 }
 
@@ -189,6 +194,7 @@ pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clip::CoverageRule;
     use bevy::render::render_resource::encase::private::StructMetadata;
     use naga::{Module, TypeInner};
 
@@ -222,8 +228,18 @@ mod tests {
         assert_eq!(rust_layout::<VolumeUniform, 14>(), wgsl_layout("VolumeUniform"));
         assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout("Carver"));
         assert_eq!(rust_layout::<OcclusionPassUniform, 7>(), wgsl_layout("OcclusionPass"));
-        let bindings = include_str!("volume_bindings.wgsl");
-        let most = format!("const MAX_CARVERS: u32 = {MAX_CARVERS}u;");
-        assert!(bindings.contains(&most), "`{most}` is not in the shader");
+        let (bindings, pass) = (include_str!("volume_bindings.wgsl"), include_str!("occlusion_pass.wgsl"));
+        for (shader, name, value) in [
+            (bindings, "MAX_CARVERS", MAX_CARVERS as u32),
+            (bindings, "OPERATION_NONE", CarverUniform::default().operation),
+            (bindings, "OPERATION_SUBTRACT", operation_code(ClipOperation::Subtract)),
+            (bindings, "OPERATION_INTERSECT", operation_code(ClipOperation::Intersect)),
+            (pass, "COVERAGE_LINES", CoverageRule::Lines as u32),
+            (pass, "COVERAGE_POINTS", CoverageRule::Points as u32),
+            (pass, "COVERAGE_CENTER", CoverageRule::Center as u32),
+        ] {
+            let line = format!("const {name}: u32 = {value}u;");
+            assert!(shader.contains(&line), "`{line}` is not in the shader");
+        }
     }
 }

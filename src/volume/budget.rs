@@ -14,8 +14,8 @@ use super::{Intensities, Volume, Volume3d, VolumeFailed};
 pub struct VolumeBudget {
     /// Bytes of one volume, with its opacities, categories and occlusion: 5 a voxel for one of 8
     /// bits, 6 for one of 16; up to four times that on a device that cannot store single bytes. A
-    /// higher budget shows larger volumes, as long as the device has the
-    /// memory; it cannot be asked how much that is.
+    /// higher budget shows larger volumes, as long as the device has the memory; it cannot be asked
+    /// how much that is.
     pub most_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
     /// resolution, or a quarter, with a warning, instead of refusing it with [`VolumeFailed`].

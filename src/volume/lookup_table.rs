@@ -12,8 +12,8 @@ use super::{
     VolumeTransferFunction,
 };
 
-/// The transfer function of a [`Volume3d`](super::Volume3d) over the volume's range of intensities, inserted and
-/// kept up to date by the plugin.
+/// The transfer function of a [`Volume3d`](super::Volume3d) over the volume's range of intensities,
+/// inserted and kept up to date by the plugin.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct LookupTable {
     /// [`LookupTable::ENTRIES`] values, evenly spaced over [`LookupTable::stored_range`]: linear

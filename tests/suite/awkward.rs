@@ -41,9 +41,7 @@ fn a_mesh_that_comes_late_is_drawn_when_it_comes() {
     late.world().entity_mut(carver).insert(Mesh3d(handle.clone()));
     late.settle();
     let _ = late.world().resource_mut::<Assets<Mesh>>().insert(&handle, Sphere::new(5.0).into());
-    for _ in 0..4 {
-        late.headless.frame();
-    }
+    late.headless.frames(4);
     assert_eq!(different(&late.headless.image(), &early.headless.image(), 0), 0);
 }
 

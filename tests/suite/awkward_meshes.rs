@@ -19,9 +19,10 @@ use crate::{
         stability::inside_test::{concave_meshes, judge},
     },
     exact::assert_exact,
-    scene::{TestScene, few_rays, folded_volume, opaque_ramp},
+    scene::{TestScene, few_rays, folded_volume, opaque_ramp, voxel_at},
 };
 
+const SIZE: UVec3 = UVec3::new(26, 24, 22);
 const PLACE: Vec3 = Vec3::new(5.0, 5.0, 5.0);
 
 #[derive(Resource, Default)]
@@ -31,8 +32,7 @@ struct Reported {
 }
 
 fn scene() -> TestScene {
-    let volume = folded_volume(UVec3::new(26, 24, 22), DVec3::ONE);
-    TestScene::with(volume, opaque_ramp(), few_rays(), ShadingMode::Cao, |app| {
+    TestScene::with(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), few_rays(), ShadingMode::Cao, |app| {
         app.init_resource::<Reported>()
             .add_observer(|event: On<ClipMeshFailed>, mut reported: ResMut<Reported>| {
                 reported.failed.push(event.reason.clone());
@@ -123,7 +123,7 @@ fn an_open_mesh_carves_where_it_has_two_surfaces() {
     for (index, (now, before)) in scene.opacities().iter().zip(&untouched).enumerate() {
         if now != before {
             carved += 1;
-            let voxel = UVec3::new(index as u32 % 26, index as u32 / 26 % 24, index as u32 / (26 * 24));
+            let voxel = voxel_at(index as u32, SIZE);
             // Axes of the grid: to the right, to the front, up.
             let centered = voxel.as_vec3() - Vec3::new(12.5, 11.5, 10.5);
             let p = Vec3::new(-centered.x, centered.z, centered.y);
@@ -266,8 +266,7 @@ fn skinned_and_morphing_meshes_carve_as_they_are_posed() {
     for entity in [joints[0], joints[1], carver] {
         scene.world().get_mut::<Transform>(entity).expect("a transform").translation.x += 0.002;
     }
-    scene.headless.frame();
-    scene.headless.frame();
+    scene.headless.frames(2);
     assert_eq!(scene.status().passes.jobs(SPAN_DEPTH), drawn);
 
     // Without a rig it is the mesh itself again.

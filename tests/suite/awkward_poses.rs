@@ -6,7 +6,7 @@ use bevy_contextual_ao::prelude::*;
 
 use crate::{
     exact::assert_exact,
-    scene::{TestScene, few_rays, folded_volume, opaque_ramp},
+    scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
@@ -16,10 +16,6 @@ const UNAFFECTED: u8 = 255;
 
 fn scene() -> TestScene {
     TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), few_rays(), ShadingMode::Cao)
-}
-
-fn is_empty(image: &[u8]) -> bool {
-    image.chunks(4).all(|pixel| *pixel == image[..4])
 }
 
 #[test]

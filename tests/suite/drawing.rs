@@ -109,9 +109,7 @@ fn every_mode_and_every_kind_of_camera_draws() {
     ];
     for (name, change) in changes {
         change(&mut scene.world().entity_mut(camera));
-        for _ in 0..3 {
-            scene.headless.frame();
-        }
+        scene.headless.frames(3);
         let image = scene.headless.image();
         let background = image[..4].to_vec();
         assert!(pixels(&image, |pixel| pixel != background) > 300, "{name}");

@@ -5,7 +5,7 @@ use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
 use crate::common::shapes::Triangles;
-use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp, voxel_at};
 
 /// A category byte of a clipped voxel, whose value no renderer reads.
 const CLIPPED: u8 = 0;
@@ -117,16 +117,10 @@ fn no_drawn_point_reads_a_clipped_voxel() {
     scene.carve(torus(), ClipMesh::default(), Transform::from_translation(center));
     scene.settle();
     let categories = scene.categories();
-    let dimensions = geometry.dimensions;
     let mut clipped = 0;
     for (index, _) in categories.iter().enumerate().filter(|(_, category)| **category == CLIPPED) {
         clipped += 1;
-        let index = index as u32;
-        let voxel = UVec3::new(
-            index % dimensions.x,
-            index / dimensions.x % dimensions.y,
-            index / (dimensions.x * dimensions.y),
-        );
+        let voxel = voxel_at(index as u32, geometry.dimensions);
         // Points that read this voxel with non-zero weight are less than one voxel away.
         for k in 0..512u32 {
             let offset = UVec3::new(k % 8, k / 8 % 8, k / 64).as_dvec3() / 3.5 - 1.0;

@@ -17,7 +17,7 @@ use bevy_contextual_ao::{
 
 use crate::{
     headless::Headless,
-    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp},
+    scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(24, 22, 20);
@@ -41,16 +41,6 @@ fn scene() -> TestScene {
     )
 }
 
-fn frames(headless: &mut Headless, count: u32) {
-    for _ in 0..count {
-        headless.frame();
-    }
-}
-
-fn is_empty(image: &[u8]) -> bool {
-    image.chunks(4).all(|pixel| *pixel == image[..4])
-}
-
 #[test]
 fn a_volume_too_large_for_the_device_is_refused_or_halved() {
     let mut headless = Headless::new(IMAGE, collect_errors);
@@ -62,7 +52,7 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
         Volume::new(dimensions, DAffine3::IDENTITY, Intensities::U8(vec![9; 80_000]), Rescale::default());
     let data = world.resource_mut::<Assets<Volume>>().add(data.expect("a valid volume"));
     let volume = world.spawn(VolumeBundle::new(data)).id();
-    frames(&mut headless, 4);
+    headless.frames(4);
     let world = headless.app.world_mut();
     let most = world.resource::<RenderDevice>().limits().max_texture_dimension_3d;
     let errors = &world.resource::<Errors>().0;
@@ -73,7 +63,7 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
     assert!(world.get::<LookupTable>(volume).is_none());
 
     world.resource_mut::<VolumeBudget>().halves = true;
-    frames(&mut headless, 4);
+    headless.frames(4);
     let table = headless.app.world().get::<LookupTable>(volume).expect("it is shown");
     assert!(table.geometry.dimensions.max_element() <= most);
     assert!((table.geometry.spacing_mm.x - (20_000 / table.geometry.dimensions.x) as f64).abs() < 1e-9);
@@ -83,14 +73,14 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
 fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     let mut scene = scene();
     scene.world().resource_mut::<VolumeBudget>().most_bytes = 20_000;
-    frames(&mut scene.headless, 4);
+    scene.headless.frames(4);
     assert!(is_empty(&scene.headless.image()));
     let errors = scene.world().resource::<Errors>().0.clone();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert!(errors[0].contains("24, 22, 20") && errors[0].contains("12, 11, 10"), "{errors:?}");
 
     scene.world().resource_mut::<VolumeBudget>().halves = true;
-    frames(&mut scene.headless, 4);
+    scene.headless.frames(4);
     let volume = scene.volume;
     let half = scene.world().get::<LookupTable>(volume).expect("it is shown").geometry;
     assert_eq!(half.dimensions, UVec3::new(12, 11, 10));
@@ -98,18 +88,18 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
 
     // With more room it is shown as it is, like one that never had too little.
     *scene.world().resource_mut::<VolumeBudget>() = default();
-    frames(&mut scene.headless, 3);
+    scene.headless.frames(3);
     scene.world().resource_mut::<Errors>().0.clear();
-    frames(&mut scene.headless, 20);
+    scene.headless.frames(20);
     let mut fresh = self::scene();
     fresh.settle();
-    frames(&mut fresh.headless, 2);
+    fresh.headless.frames(2);
     let (now, fresh) = (scene.headless.image(), fresh.headless.image());
     assert!(now == fresh, "the way there shows");
 
     // A budget for nothing refuses everything, and panics at nothing.
     *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { most_bytes: 0, halves: true };
-    frames(&mut scene.headless, 3);
+    scene.headless.frames(3);
     assert_eq!(scene.world().resource::<Errors>().0.len(), 1);
     assert!(is_empty(&scene.headless.image()));
 }
@@ -127,7 +117,7 @@ fn a_device_that_lacks_something_draws_the_rest() {
     let volume = world.spawn(VolumeBundle::new(data)).id();
     let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.5));
     let carver = world.spawn((ClipMesh::default(), Mesh3d(mesh.clone()))).id();
-    frames(&mut headless, 3);
+    headless.frames(3);
     assert!(is_empty(&headless.image()), "the volume is drawn");
     // It was read all the same, and other things are drawn.
     let world = headless.app.world_mut();
@@ -136,7 +126,7 @@ fn a_device_that_lacks_something_draws_the_rest() {
     let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
     world.despawn(carver);
-    frames(&mut headless, 3);
+    headless.frames(3);
     assert!(!is_empty(&headless.image()), "nothing else is drawn");
 }
 
@@ -156,7 +146,7 @@ fn a_volume_comes_back_after_the_device_is_lost() {
     device.wgpu_device().destroy();
     // Between two frames: Bevy itself panics where the device goes away in the middle of one.
     let _ = device.poll(PollType::wait_indefinitely());
-    frames(&mut scene.headless, 20);
+    scene.headless.frames(20);
     assert!(scene.headless.image() == image, "the image is not as it was");
     assert!(scene.occlusion() == occlusion, "the occlusion is not as it was");
     // And it can be carved.

@@ -7,7 +7,7 @@ use bevy_contextual_ao::{
 };
 
 use crate::common::shapes::Triangles;
-use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 
@@ -26,9 +26,7 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     scene.settle();
     scene.headless.frame();
     let (before, image) = (scene.status().passes, scene.headless.image());
-    for _ in 0..3 {
-        scene.headless.frame();
-    }
+    scene.headless.frames(3);
     assert_eq!(scene.status().passes, before);
     assert!(scene.headless.image() == image, "differs");
 
@@ -182,9 +180,7 @@ fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
     let (Some(data), Some(function)) = handles else { panic!("the volume keeps its handles") };
     let _ = world.resource_mut::<Assets<Volume>>().insert(&data.0, folded_volume(SIZE, DVec3::ONE));
     let _ = world.resource_mut::<Assets<TransferFunction>>().insert(&function.0, opaque_ramp());
-    for _ in 0..3 {
-        scene.headless.frame();
-    }
+    scene.headless.frames(3);
     scene.settle();
     let mut first = self::scene();
     first.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
@@ -197,24 +193,19 @@ fn volumes_go_with_their_entity() {
     let mut scene = scene();
     scene.settle();
     let one = scene.status().usage;
-    let is_empty = |image: Vec<u8>| image.chunks(4).all(|pixel| *pixel == image[..4]);
-    assert!(!is_empty(scene.headless.image()));
+    assert!(!is_empty(&scene.headless.image()));
     let data = scene.world().resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
     let second = scene.world().spawn(VolumeBundle::new(data)).id();
-    for _ in 0..4 {
-        scene.headless.frame();
-    }
+    scene.headless.frames(4);
     assert_eq!(scene.status().usage.textures, one.textures + 6);
     scene.world().despawn(second);
     let volume = scene.volume;
     // Taking the component is as good as despawning.
     scene.world().entity_mut(volume).remove::<Volume3d>();
-    for _ in 0..3 {
-        scene.headless.frame();
-    }
+    scene.headless.frames(3);
     let none = scene.status().usage;
     assert_eq!(none.textures, 6, "only the clip maps stay: {none:?}");
-    assert!(is_empty(scene.headless.image()));
+    assert!(is_empty(&scene.headless.image()));
     assert!(scene.world().get::<Mesh3d>(volume).is_none());
 }
 

@@ -7,7 +7,7 @@ use super::{
     super::{
         inside::InsideTest,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume, voxel_at},
     },
     Figure,
 };
@@ -120,7 +120,7 @@ pub fn judge(
     let opacities = scene.opacities();
     let (mut far_wrong, mut wrong, mut inside) = (0, 0, 0);
     for (index, &opacity) in (0u32..).zip(&opacities) {
-        let voxel = UVec3::new(index % voxels, index / voxels % voxels, index / (voxels * voxels));
+        let voxel = voxel_at(index, UVec3::splat(voxels));
         let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3()).as_vec3() / fit;
         let is_inside = exact.contains(p);
         inside += usize::from(is_inside);

@@ -9,7 +9,7 @@ use super::{
         inside::InsideTest,
         random::Random,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume, voxel_at},
     },
     Figure,
     changes::Changes,
@@ -45,10 +45,14 @@ fn cases() -> [Case; 6] {
 }
 
 /// A carver in a solid, opaque volume: the opacity of a voxel is its coverage.
-fn scene(case: &Case, rule: CoverageRule) -> (TestScene, Entity) {
+pub fn solid_scene(
+    mesh: &Triangles,
+    pose: Transform,
+    change: impl FnOnce(&mut ClipSettings),
+) -> (TestScene, Entity) {
     let mut scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
-    scene.set_clip(|clip| clip.coverage = rule);
-    let carver = scene.carve_with(&case.mesh, case.pose);
+    scene.set_clip(change);
+    let carver = scene.carve_with(mesh, pose);
     scene.settle();
     (scene, carver)
 }
@@ -65,7 +69,7 @@ const WATCHED: [[&str; 2]; 3] = [
 
 impl Watched {
     fn of(case: &Case, rule: CoverageRule, frames: u32, pose: impl Fn(u32) -> Transform) -> Self {
-        let (mut scene, carver) = scene(case, rule);
+        let (mut scene, carver) = solid_scene(&case.mesh, case.pose, |clip| clip.coverage = rule);
         let mut watched = Self::default();
         for frame in 0..=frames {
             scene.move_carver(carver, pose(frame));
@@ -170,7 +174,7 @@ pub struct Error {
 }
 
 fn coverage_error(case: &Case, rule: CoverageRule, voxels: usize) -> Error {
-    let (scene, _) = scene(case, rule);
+    let (scene, _) = solid_scene(&case.mesh, case.pose, |clip| clip.coverage = rule);
     coverage_error_of(&scene, &InsideTest::new(&case.mesh), case.pose, voxels)
 }
 
@@ -182,10 +186,9 @@ pub fn coverage_error_of(scene: &TestScene, exact: &InsideTest, pose: Transform,
     let mesh_point = |voxel: DVec3| {
         mesh_from_volume.transform_point3(geometry.local_from_voxel.transform_point3(voxel).as_vec3())
     };
-    let voxel = |index: u32| {
-        UVec3::new(index % SIZE.x, index / SIZE.x % SIZE.y, index / (SIZE.x * SIZE.y)).as_dvec3()
-    };
-    // Half the diagonal of the box: what the surface can pass through. Never the scale of the mesh.
+    let voxel = |index: u32| voxel_at(index, SIZE).as_dvec3();
+    // Half the diagonal of the box: the surface passes through no other. Poses do not scale, so that
+    // distances in the mesh's space are voxels too.
     let near: Vec<u32> = (0..SIZE.element_product())
         .filter(|&index| exact.distance(mesh_point(voxel(index))) < 1.74)
         .collect();
@@ -203,13 +206,4 @@ pub fn coverage_error_of(scene: &TestScene, exact: &InsideTest, pose: Transform,
         count += 1;
     }
     Error { rms: (squares / count as f64).sqrt(), largest }
-}
-
-/// The scene of the errors, for meshes of other sizes of maps.
-pub fn solid_scene(mesh: &Triangles, pose: Transform, depth_map_size: u32) -> TestScene {
-    let mut scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
-    scene.set_clip(|clip| clip.depth_map_size = depth_map_size);
-    scene.carve_with(mesh, pose);
-    scene.settle();
-    scene
 }

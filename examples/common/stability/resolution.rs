@@ -24,7 +24,7 @@ pub fn table(sizes: &[u32], voxels: usize, report: &mut impl FnMut(Figure)) {
     for (name, mesh) in shapes {
         let exact = InsideTest::new(&mesh);
         for &size in sizes {
-            let mut scene = solid_scene(&mesh, tilted, size);
+            let (mut scene, _) = solid_scene(&mesh, tilted, |clip| clip.depth_map_size = size);
             let error = coverage_error_of(&scene, &exact, tilted, voxels);
             let wrong = judge(&mesh, &mesh, 40, |clip| clip.depth_map_size = size);
             scene.headless.frame();

@@ -239,7 +239,5 @@ fn resident_bytes() -> Option<u64> {
 
 /// Frames in which what was let go is freed.
 fn rest(scene: &mut TestScene) {
-    for _ in 0..4 {
-        scene.headless.frame();
-    }
+    scene.headless.frames(4);
 }

@@ -11,18 +11,19 @@ use bevy::{
     },
 };
 
-use super::{FramePlan, ReadyCarver};
+use super::FramePlan;
 use crate::{
-    clip::MAX_LAYERS,
-    diagnostics::CutOff,
+    clip::{ClipMeshCutOff, MAX_LAYERS},
     render::{
         clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
-        clip_maps::{ClipMaps, DepthKey, DilationKey, Slot},
+        clip_keys::{DepthKey, DilationKey},
+        clip_maps::{ClipMaps, ReadyCarver, Slot},
         clip_textures::ClipTextures,
         count_surfaces::CountPipeline,
         dilate::DilatePipelines,
         extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
         peel::PeelPipelines,
+        surface_count::layers_of,
     },
 };
 
@@ -138,7 +139,7 @@ fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FrameP
         let gets_layers = has_layers.min(most).min(1 + spare);
         spare -= gets_layers - 1;
         if gets_layers < has_layers {
-            plan.cut_off.push(CutOff { entity, mesh, has_layers, gets_layers });
+            plan.cut_off.push(ClipMeshCutOff { entity, mesh, has_layers, gets_layers });
         }
         Some((entity, gets_layers))
     });
@@ -157,7 +158,7 @@ fn draw_layers(
 ) -> Option<()> {
     let key = DepthKey::of(carver, textures.depth_map_size);
     let surfaces = slot.count.of(carver.mesh)?;
-    let is_cut_off = layers_of(surfaces) > slot.layers.count;
+    let is_cut_off = slot.layers.cuts_off(surfaces);
     if slot.drawn == Some((key, is_cut_off)) {
         return Some(());
     }
@@ -179,12 +180,6 @@ fn draw_layers(
     slot.drawn = Some((key, is_cut_off));
     slot.dilated = None;
     Some(())
-}
-
-/// Layers that a mesh has with so many surfaces along a line of sight: what begins and does not end
-/// is none.
-fn layers_of(surfaces: u32) -> u32 {
-    (surfaces / 2).max(1)
 }
 
 impl CarverPasses<'_> {

@@ -11,13 +11,8 @@ pub(crate) use volumes::{VolumeJob, plan_volumes};
 
 use bevy::{platform::collections::HashMap, prelude::*};
 
-use super::{
-    clip_maps::{DilationKey, LayerRange},
-    count_surfaces::CountJob,
-    dilate::DilateJob,
-    peel::PeelJob,
-};
-use crate::{clip::ClipFrame, diagnostics::CutOff};
+use super::{clip_maps::ReadyCarver, count_surfaces::CountJob, dilate::DilateJob, peel::PeelJob};
+use crate::clip::ClipMeshCutOff;
 
 /// The passes of this frame, in the order in which they are encoded.
 #[derive(Resource, Default)]
@@ -33,20 +28,9 @@ pub(crate) struct FramePlan {
     /// Layers that the carvers' meshes need in all.
     pub layers_wanted: u32,
     /// Carvers that get fewer.
-    pub cut_off: Vec<CutOff>,
+    pub cut_off: Vec<ClipMeshCutOff>,
     /// Counts maps redrawn.
     pub maps_revision: u64,
     pub counts_work: bool,
     pub times_by_clock: bool,
-}
-
-/// A carver that takes part in this frame.
-#[derive(Clone, Copy)]
-pub(crate) struct ReadyCarver {
-    pub layers: LayerRange,
-    /// The view that its maps show.
-    pub frame: ClipFrame,
-    pub dilation: DilationKey,
-    /// Tells these maps from all others.
-    pub revision: u64,
 }

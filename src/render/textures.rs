@@ -1,0 +1,87 @@
+//! Textures with their views, and what textures take on the device.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+            TextureView, TextureViewDescriptor, TextureViewDimension,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::diagnostics::GpuUsage;
+
+/// A texture with the view of all of it.
+pub(crate) struct TextureAndView {
+    pub texture: Texture,
+    pub view: TextureView,
+}
+
+impl TextureAndView {
+    pub fn new(
+        device: &RenderDevice,
+        descriptor: &TextureDescriptor,
+        dimension: TextureViewDimension,
+    ) -> Self {
+        let texture = device.create_texture(descriptor);
+        let view = texture.create_view(&TextureViewDescriptor { dimension: Some(dimension), ..default() });
+        Self { texture, view }
+    }
+
+    /// A square 2D array that shaders read.
+    pub fn array(
+        device: &RenderDevice,
+        label: &'static str,
+        (size, layers): (u32, u32),
+        format: TextureFormat,
+        written_as: TextureUsages,
+    ) -> Self {
+        let descriptor = square(label, (size, layers), format, written_as);
+        Self::new(device, &descriptor, TextureViewDimension::D2Array)
+    }
+
+    /// A square that shaders read.
+    pub fn single(
+        device: &RenderDevice,
+        label: &'static str,
+        size: u32,
+        format: TextureFormat,
+        written_as: TextureUsages,
+    ) -> Self {
+        let descriptor = square(label, (size, 1), format, written_as);
+        Self::new(device, &descriptor, TextureViewDimension::D2)
+    }
+}
+
+/// Describes squares that shaders read, and that are written to as `written_as`.
+fn square(
+    label: &'static str,
+    (size, layers): (u32, u32),
+    format: TextureFormat,
+    written_as: TextureUsages,
+) -> TextureDescriptor<'static> {
+    TextureDescriptor {
+        label: Some(label),
+        size: Extent3d { width: size, height: size, depth_or_array_layers: layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage: written_as | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    }
+}
+
+/// Number and bytes of some textures.
+pub(crate) fn usage_of<'a>(textures: impl IntoIterator<Item = &'a Texture>) -> GpuUsage {
+    let mut usage = GpuUsage::default();
+    for texture in textures {
+        let size = texture.size();
+        let texels = size.width as u64 * size.height as u64 * size.depth_or_array_layers as u64;
+        usage.textures += 1;
+        usage.bytes += texels * texture.format().block_copy_size(None).unwrap_or(4) as u64;
+    }
+    usage
+}
