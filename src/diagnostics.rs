@@ -17,24 +17,41 @@ pub const SPAN_COUNT: &str = "contextual_ao/count_surfaces";
 pub const SPAN_DEPTH: &str = "contextual_ao/clip_depth";
 /// Computing the dilation maps of carvers that changed (step III).
 pub const SPAN_DILATE: &str = "contextual_ao/dilate";
-/// Clipping the voxels (step IV).
-pub const SPAN_CLASSIFY: &str = "contextual_ao/classify";
-/// Casting rays of the unclipped volume (step I).
-pub const SPAN_PRECOMPUTE: &str = "contextual_ao/precompute";
-/// Casting rays of voxels affected by clipping (step V).
+/// Finding the range of intensities in the bricks of a new volume.
+pub const SPAN_RANGES: &str = "contextual_ao/ranges";
+/// Finding the bricks that carvers that changed can affect (step IV).
+pub const SPAN_CULL: &str = "contextual_ao/cull";
+/// Clipping their voxels (step IV).
+pub const SPAN_CLIP: &str = "contextual_ao/clip";
+/// Finding out how far rays may leap.
+pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
+/// Finding the voxels that views will read.
+pub const SPAN_MARK: &str = "contextual_ao/mark";
+/// Casting the rays of those that are not up to date (step V).
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
 /// All passes before drawing.
-pub const SPANS: [&str; 6] =
-    [SPAN_COUNT, SPAN_DEPTH, SPAN_DILATE, SPAN_CLASSIFY, SPAN_PRECOMPUTE, SPAN_RAY_CAST];
+pub const SPANS: [&str; 9] = [
+    SPAN_COUNT,
+    SPAN_DEPTH,
+    SPAN_DILATE,
+    SPAN_RANGES,
+    SPAN_CULL,
+    SPAN_CLIP,
+    SPAN_DISTANCES,
+    SPAN_MARK,
+    SPAN_RAY_CAST,
+];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
-/// Names of the work counters: low and high 32 bits of voxels cast, then of samples taken.
-pub(crate) const COUNTERS: [&str; 4] = [
+/// Names of the work counters: low and high 32 bits of voxels cast, of samples taken, of distances read.
+pub(crate) const COUNTERS: [&str; 6] = [
     "contextual_ao/voxels_low",
     "contextual_ao/voxels_high",
     "contextual_ao/samples_low",
     "contextual_ao/samples_high",
+    "contextual_ao/distances_low",
+    "contextual_ao/distances_high",
 ];
 
 /// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down.
@@ -49,6 +66,8 @@ pub struct Work {
     pub voxels: u64,
     /// Opacity samples taken for them.
     pub samples: u64,
+    /// Distances looked up to leap over what is empty.
+    pub distances: u64,
 }
 
 /// The latest counted [`Work`], while [`CountWork`] is on and a ray cast ran.
@@ -58,7 +77,11 @@ pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
         diagnostics.get(&path)?.measurement().map(|m| m.value as u64)
     };
     let word = |low: &str, high: &str| Some(read(low)? | read(high)? << 32);
-    Some(Work { voxels: word(COUNTERS[0], COUNTERS[1])?, samples: word(COUNTERS[2], COUNTERS[3])? })
+    Some(Work {
+        voxels: word(COUNTERS[0], COUNTERS[1])?,
+        samples: word(COUNTERS[2], COUNTERS[3])?,
+        distances: word(COUNTERS[4], COUNTERS[5])?,
+    })
 }
 
 /// The latest time on the GPU of a span, milliseconds.
@@ -72,7 +95,9 @@ pub fn latest_gpu_ms(diagnostics: &DiagnosticsStore, span: &str) -> Option<f64> 
 pub struct GpuUsage {
     /// Textures alive.
     pub textures: u32,
-    /// Bytes in them, as their formats count.
+    /// Buffers alive whose size depends on volumes.
+    pub buffers: u32,
+    /// Bytes in both, as the textures' formats count.
     pub bytes: u64,
 }
 
@@ -80,7 +105,11 @@ impl core::ops::Add for GpuUsage {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self { textures: self.textures + other.textures, bytes: self.bytes + other.bytes }
+        Self {
+            textures: self.textures + other.textures,
+            buffers: self.buffers + other.buffers,
+            bytes: self.bytes + other.bytes,
+        }
     }
 }
 

@@ -41,7 +41,7 @@ pub mod prelude {
         clip::{
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
-        occlusion::{AmbientOcclusion, RayPattern, ShadingMode, VolumeShading},
+        occlusion::{AmbientOcclusion, RayPattern, ShadingMode, Shortcuts, VolumeShading},
         volume::{
             ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
             VolumeFailed, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,

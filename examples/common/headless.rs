@@ -14,8 +14,9 @@ use bevy::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
         render_resource::{
-            BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, MapMode, PollType,
-            TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
+            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, Extent3d,
+            MapMode, PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat,
+            TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
         settings::{Backends, WgpuSettings},
@@ -25,9 +26,11 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_contextual_ao::{
-    diagnostics::{RenderStatus, TimePassesByClock, latest_gpu_ms},
+    diagnostics::{
+        CountWork, RenderStatus, SPAN_RAY_CAST, TimePassesByClock, Work, latest_gpu_ms, latest_work,
+    },
     prelude::*,
-    render::{VolumeStore, VolumeTexture},
+    render::{VolumeStore, VolumeTexture, VoxelMask},
 };
 use std::path::PathBuf;
 
@@ -191,6 +194,39 @@ impl Headless {
         bytes.into_iter().step_by(bytes_per_voxel).collect()
     }
 
+    /// Whether a mask holds for each voxel, x fastest; empty while there is no such volume.
+    pub fn mask(&self, volume: Entity, which: VoxelMask) -> Vec<bool> {
+        let world = self.render_world();
+        let store = world.resource::<VolumeStore>();
+        let (Some((buffer, first, size)), Some(texture)) =
+            (store.mask(volume, which), store.texture(volume, VolumeTexture::Occlusion))
+        else {
+            return Vec::new();
+        };
+        let bytes = read_back(world, size, |encoder, target| {
+            encoder.copy_buffer_to_buffer(buffer, first, target, 0, size);
+        });
+        let size = texture.size();
+        let dimensions = UVec3::new(size.width, size.height, size.depth_or_array_layers);
+        let bricks = (dimensions + 3) / 4;
+        let holds = |voxel: UVec3| {
+            let brick = voxel / 4;
+            let index = (brick.z * bricks.y + brick.y) * bricks.x + brick.x;
+            let inside = voxel % 4;
+            let bit = (index * 64 + inside.z * 16 + inside.y * 4 + inside.x) as usize;
+            bytes[bit / 8] >> (bit % 8) & 1 == 1
+        };
+        (0..dimensions.element_product())
+            .map(|k| {
+                holds(UVec3::new(
+                    k % dimensions.x,
+                    k / dimensions.x % dimensions.y,
+                    k / (dimensions.x * dimensions.y),
+                ))
+            })
+            .collect()
+    }
+
     fn texture(&self, volume: Entity, which: VolumeTexture) -> Option<Texture> {
         self.render_world().resource::<VolumeStore>().texture(volume, which).cloned()
     }
@@ -204,6 +240,33 @@ impl Headless {
         let status = self.app.world().resource::<RenderStatus>();
         let by_clock = status.passes.clock_ms(span);
         by_clock.or_else(|| latest_gpu_ms(self.diagnostics(), span)).unwrap_or(0.0)
+    }
+
+    /// The ray cast's work in a frame before which `change` is made; none if no ray was cast.
+    pub fn count_work(&mut self, volume: Entity, change: impl FnOnce(&mut World)) -> Work {
+        let world = self.app.world_mut();
+        change(world);
+        let mode = world.get::<VolumeShading>(volume).map(|shading| shading.mode).unwrap_or_default();
+        world.insert_resource(CountWork(true));
+        let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(SPAN_RAY_CAST);
+        let before = status(world);
+        self.frame();
+        // The counts arrive a few frames later, in which nothing is to be computed.
+        self.app.insert_resource(CountWork(false));
+        self.set_mode(volume, ShadingMode::Solid);
+        self.frames(4);
+        self.set_mode(volume, mode);
+        if status(self.app.world()) == before {
+            return Work::default();
+        }
+        latest_work(self.diagnostics()).unwrap_or_default()
+    }
+
+    /// Changes what shades a volume.
+    pub fn set_mode(&mut self, volume: Entity, mode: ShadingMode) {
+        if let Some(mut shading) = self.app.world_mut().get_mut::<VolumeShading>(volume) {
+            shading.mode = mode;
+        }
     }
 
     /// The diagnostics of the frames so far.
@@ -223,35 +286,42 @@ impl Headless {
 
 /// Copies a texture to the CPU, its rows packed.
 fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
-    let device = render_world.resource::<RenderDevice>();
-    let queue = render_world.resource::<RenderQueue>();
     let size = texture.size();
     let row = size.width as usize * texture.format().block_copy_size(None).unwrap_or(1) as usize;
     let padded = RenderDevice::align_copy_bytes_per_row(row);
     let rows = size.height as usize * size.depth_or_array_layers as usize;
+    let bytes = read_back(render_world, (padded * rows) as u64, |encoder, buffer| {
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            TexelCopyBufferInfo {
+                buffer,
+                layout: TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded as u32),
+                    rows_per_image: Some(size.height),
+                },
+            },
+            size,
+        );
+    });
+    bytes.chunks(padded).flat_map(|line| &line[..row]).copied().collect()
+}
+
+/// So many bytes of what `copy` puts into a buffer.
+fn read_back(render_world: &World, size: u64, copy: impl FnOnce(&mut CommandEncoder, &Buffer)) -> Vec<u8> {
+    let device = render_world.resource::<RenderDevice>();
+    let queue = render_world.resource::<RenderQueue>();
     let buffer = device.create_buffer(&BufferDescriptor {
         label: Some("read back"),
-        size: (padded * rows) as u64,
+        size,
         usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
     let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded as u32),
-                rows_per_image: Some(size.height),
-            },
-        },
-        size,
-    );
+    copy(&mut encoder, &buffer);
     queue.submit([encoder.finish()]);
     let slice = buffer.slice(..);
     device.map_buffer(&slice, MapMode::Read, |_| {});
     let _ = device.poll(PollType::wait_indefinitely());
-    let mapped = slice.get_mapped_range();
-    mapped.chunks(padded).flat_map(|line| &line[..row]).copied().collect()
+    slice.get_mapped_range().to_vec()
 }

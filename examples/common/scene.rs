@@ -44,6 +44,9 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
+    /// A shortcut to do without (see `Shortcuts`), or `all`; several may be given.
+    #[arg(long, num_args = 1..)]
+    pub without: Vec<String>,
     /// Start view rays by a fixed pattern.
     #[arg(long, default_value_t = VolumeShading::default().jitter, action = clap::ArgAction::Set)]
     pub jitter: bool,
@@ -63,6 +66,17 @@ pub struct Scene {
 }
 
 impl SceneOptions {
+    /// The shortcuts that are left.
+    pub fn shortcuts(&self) -> Result<Shortcuts, String> {
+        self.without.iter().try_fold(Shortcuts::default(), |shortcuts, name| {
+            if name == "all" {
+                return Ok(Shortcuts::NONE);
+            }
+            let names = Shortcuts::NAMES.join(", ");
+            shortcuts.without(name).ok_or_else(|| format!("--without {name}: expected all, {names}"))
+        })
+    }
+
     /// Reads the files and spawns everything.
     pub fn spawn(&self, headless: &mut Headless) -> Result<Scene, String> {
         let assets = project_folder().join("assets");
@@ -80,6 +94,7 @@ impl SceneOptions {
         let view = self.view(&geometry);
         let camera = headless.camera();
         let world = headless.app.world_mut();
+        world.insert_resource(self.shortcuts()?);
         let handle = world.resource_mut::<Assets<Volume>>().add(volume);
         let mut bundle = VolumeBundle::new(handle);
         if let Some(function) = function {

@@ -7,7 +7,7 @@ use bevy::{
 use bevy_contextual_ao::{
     diagnostics::RenderStatus,
     prelude::*,
-    render::VolumeTexture,
+    render::{VolumeTexture, VoxelMask},
     volume::{Intensities, Rescale, WORLD_UNITS_PER_MM},
 };
 
@@ -81,6 +81,14 @@ pub struct TestScene {
     pub volume: Entity,
 }
 
+/// Voxels of which the occlusion is known in both of two states and is not the same. Panics where next
+/// to none is known in both: nothing would be compared.
+pub fn count_different(a: &[Option<u8>], b: &[Option<u8>]) -> usize {
+    let known = || a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
+    assert!(known().count() > a.len() / 500, "of {} voxels {} are known in both", a.len(), known().count());
+    known().filter(|(a, b)| a != b).count()
+}
+
 impl TestScene {
     /// Shows `volume` from three quarters.
     pub fn new(
@@ -146,9 +154,7 @@ impl TestScene {
     }
 
     pub fn set_mode(&mut self, mode: ShadingMode) {
-        let volume = self.volume;
-        let mut shading = self.world().get_mut::<VolumeShading>(volume).expect("the volume's shading");
-        shading.mode = mode;
+        self.headless.set_mode(self.volume, mode);
     }
 
     /// Runs frames until everything is computed.
@@ -156,15 +162,16 @@ impl TestScene {
         self.headless.until_ready(self.volume).expect("the volume can be shown");
     }
 
-    pub fn occlusion(&self) -> Vec<u8> {
-        self.headless.voxels(self.volume, VolumeTexture::Occlusion)
+    /// Occlusion of the voxels of which it is up to date and can be read.
+    pub fn occlusion(&self) -> Vec<Option<u8>> {
+        let masks = [VoxelMask::Valid, VoxelMask::Hidden].map(|mask| self.headless.mask(self.volume, mask));
+        let values = self.headless.voxels(self.volume, VolumeTexture::Occlusion).into_iter().enumerate();
+        values.map(|(k, value)| (masks[0][k] && !masks[1][k]).then_some(value)).collect()
     }
 
-    /// Occlusion of the voxels that can be read, the others as 0.
-    pub fn sampled_occlusion(&self) -> Vec<u8> {
-        let categories = self.categories();
-        let values = self.occlusion().into_iter().zip(&categories);
-        values.map(|(value, category)| if *category == 0 { 0 } else { value }).collect()
+    /// Whether no drawn point reads each voxel.
+    pub fn hidden(&self) -> Vec<bool> {
+        self.headless.mask(self.volume, VoxelMask::Hidden)
     }
 
     /// The camera.
@@ -172,10 +179,6 @@ impl TestScene {
         let world = self.world();
         let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
         cameras.iter(world).next().expect("the scene has a camera")
-    }
-
-    pub fn categories(&self) -> Vec<u8> {
-        self.headless.voxels(self.volume, VolumeTexture::Categories)
     }
 
     pub fn opacities(&self) -> Vec<u8> {
@@ -187,7 +190,8 @@ impl TestScene {
     }
 }
 
-fn in_world_units(transform: Transform) -> Transform {
+/// A transform in mm from a volume's centre, as one in the world.
+pub fn in_world_units(transform: Transform) -> Transform {
     Transform {
         translation: transform.translation * WORLD_UNITS_PER_MM,
         rotation: transform.rotation,

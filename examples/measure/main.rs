@@ -6,7 +6,9 @@ mod common;
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_contextual_ao::{
-    diagnostics::{CountWork, SPAN_CLASSIFY, SPAN_DRAW, SPAN_RAY_CAST, Work, latest_gpu_ms, latest_work},
+    diagnostics::{
+        SPAN_CLIP, SPAN_CULL, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK, SPAN_RAY_CAST, Work, latest_gpu_ms,
+    },
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
@@ -82,6 +84,7 @@ struct Measurement<'a> {
 struct FrameTimes {
     total: f64,
     clip: f64,
+    mark: f64,
     cast: f64,
     draw: f64,
 }
@@ -116,6 +119,7 @@ impl<'a> Measurement<'a> {
         }
         times.drain(..first as usize);
         let work = self.count_work();
+        self.headless.frame();
         let image = self.headless.image();
         // The same pose, everything recomputed.
         let different = if mode.uses_occlusion() && !mode.uses_light() {
@@ -137,9 +141,11 @@ impl<'a> Measurement<'a> {
             "voxels": self.scene.voxels,
             "recast_voxels": work.voxels,
             "samples": work.samples,
+            "distances": work.distances,
             "frames": self.options.frames,
             "ms_total": median(|t| t.total),
             "ms_clip": median(|t| t.clip),
+            "ms_mark": median(|t| t.mark),
             "ms_cast": median(|t| t.cast),
             "ms_draw": median(|t| t.draw),
             "pixels_different_from_lao": different,
@@ -147,9 +153,7 @@ impl<'a> Measurement<'a> {
     }
 
     fn set_mode(&mut self, mode: ShadingMode) {
-        if let Some(mut shading) = self.headless.app.world_mut().get_mut::<VolumeShading>(self.scene.volume) {
-            shading.mode = mode;
-        }
+        self.headless.set_mode(self.scene.volume, mode);
     }
 
     fn set_pattern(&mut self, pattern: RayPattern) {
@@ -159,16 +163,18 @@ impl<'a> Measurement<'a> {
         }
     }
 
-    /// Puts the carver where it is after this many frames: to and fro by up to 8 voxels.
-    fn move_carver(&mut self, frame: u32) {
+    /// Where the carver is after this many frames: to and fro by up to 8 voxels.
+    fn pose(&self, frame: u32) -> Transform {
         const WAY: u32 = 8;
         let phase = frame % (2 * WAY);
         let voxels = if phase <= WAY { phase } else { 2 * WAY - phase } as f32;
         let offset = self.scene.view.right() * (voxels * self.scene.voxel_mm * WORLD_UNITS_PER_MM);
-        let world = self.headless.app.world_mut();
-        if let Some(mut transform) = world.get_mut::<Transform>(self.scene.carvers[0]) {
-            transform.translation = self.start.translation + offset;
-        }
+        Transform { translation: self.start.translation + offset, ..self.start }
+    }
+
+    fn move_carver(&mut self, frame: u32) {
+        let pose = self.pose(frame);
+        self.headless.app.world_mut().entity_mut(self.scene.carvers[0]).insert(pose);
     }
 
     /// Milliseconds of a frame in which the carver moved.
@@ -180,34 +186,22 @@ impl<'a> Measurement<'a> {
     }
 
     fn read_pass_times(&self, times: &mut FrameTimes, mode: ShadingMode) {
-        let is_cast = mode.uses_occlusion();
-        let is_clipped = is_cast || mode.uses_light();
-        times.clip = if is_clipped { self.headless.pass_ms(SPAN_CLASSIFY) } else { 0.0 };
-        times.cast = if is_cast { self.headless.pass_ms(SPAN_RAY_CAST) } else { 0.0 };
+        let ms = |spans: &[&str]| spans.iter().map(|span| self.headless.pass_ms(span)).sum();
+        times.clip = ms(&[SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES]);
+        if mode.uses_occlusion() {
+            times.mark = ms(&[SPAN_MARK]);
+            times.cast = ms(&[SPAN_RAY_CAST]);
+        }
         times.draw = latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0);
-    }
-
-    fn mode(&self) -> ShadingMode {
-        let shading = self.headless.app.world().get::<VolumeShading>(self.scene.volume);
-        shading.map_or(default(), |shading| shading.mode)
     }
 
     /// Work of one more carve frame, counted in a frame of its own.
     fn count_work(&mut self) -> Work {
-        let mode = self.mode();
-        if !mode.uses_occlusion() {
-            return Work::default();
-        }
-        self.headless.app.insert_resource(CountWork(true));
-        self.move_carver(self.options.warmup + self.options.frames);
-        self.headless.frame();
-        self.headless.app.insert_resource(CountWork(false));
-        // The counts arrive a few frames later, in which there is nothing to compute.
-        self.set_mode(ShadingMode::Solid);
-        self.headless.frames(3);
-        self.set_mode(mode);
-        self.headless.frame();
-        latest_work(self.headless.diagnostics()).unwrap_or_default()
+        let pose = self.pose(self.options.warmup + self.options.frames);
+        let carver = self.scene.carvers[0];
+        self.headless.count_work(self.scene.volume, |world| {
+            world.entity_mut(carver).insert(pose);
+        })
     }
 }
 

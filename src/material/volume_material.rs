@@ -101,8 +101,8 @@ impl AsBindGroup for VolumeMaterial {
         let bindings = (|| {
             let volume = passes.volumes.0.get(&MainEntity::from(self.volume))?;
             let clip = passes.clip_maps.textures.as_ref()?;
-            let mut bindings = volume_bindings::bindings(volume, clip, &passes.formats)?;
-            for (binding, texture) in [(7, &volume.opacities), (8, &volume.occlusion)] {
+            let mut bindings = volume_bindings::brick_bindings(volume, clip, &passes.formats)?;
+            for (binding, texture) in [(9, &volume.opacities), (10, &volume.occlusion)] {
                 let view = texture.view.clone();
                 bindings.push((binding, OwnedBindingResource::TextureView(TextureViewDimension::D3, view)));
             }
@@ -116,8 +116,8 @@ impl AsBindGroup for VolumeMaterial {
     fn bind_group_layout_entries(_: &RenderDevice, _: bool) -> Vec<BindGroupLayoutEntry> {
         let stages = ShaderStages::FRAGMENT;
         let volume = texture_3d(TextureSampleType::Float { filterable: true });
-        let mut entries = volume_bindings::layout_entries(stages);
-        entries.extend([7, 8].map(|binding| volume.build(binding, stages)));
+        let mut entries = volume_bindings::brick_layout_entries(stages);
+        entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
         entries
     }
 }

@@ -4,7 +4,8 @@
 #define_import_path bevy_contextual_ao::clip_test
 
 #import bevy_contextual_ao::volume_bindings::{
-    Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, dilation_maps, volume,
+    Carver, MAX_CARVERS, OPERATION_INTERSECT, OPERATION_NONE, OPERATION_REGION, OPERATION_SUBTRACT, carvers,
+    depth_maps, dilation_maps, volume,
 }
 
 fn to_clip_map(carver: Carver, position_mm: vec3<f32>) -> vec3<f32> {
@@ -36,15 +37,39 @@ fn is_inside(carver: Carver, p: vec3<f32>) -> bool {
     return false;
 }
 
-// Whether every carver lets a point (volume space, mm) through.
-fn is_visible(position_mm: vec3<f32>) -> bool {
-    for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
-        let inside = is_inside(carvers[i], to_clip_map(carvers[i], position_mm));
-        if inside == (carvers[i].operation == OPERATION_SUBTRACT) {
-            return false;
+// Whether every carver lets a point (volume space, mm) through. `near` has the bits, modulo 32, of all
+// that may not.
+fn is_visible(position_mm: vec3<f32>, near: u32) -> bool {
+    var rest = near;
+    while rest != 0u {
+        let first = firstTrailingBit(rest);
+        rest &= rest - 1u;
+        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 32u) {
+            let inside = is_inside(carvers[i], to_clip_map(carvers[i], position_mm));
+            if inside == (carvers[i].operation == OPERATION_SUBTRACT) {
+                return false;
+            }
         }
     }
     return true;
+}
+
+// Whether a carver may act within a radius of a point (volume space, mm), going by its clip camera's
+// view: of an intersecting carver, what is outside is removed.
+fn is_near(carver: Carver, position_mm: vec3<f32>, radius_mm: f32) -> bool {
+    let rows = carver.clip_from_local;
+    let margin = radius_mm * vec3(length(rows[0].xyz), length(rows[1].xyz), length(rows[2].xyz));
+    let p = to_clip_map(carver, position_mm);
+    return carver.operation == OPERATION_INTERSECT || all(p >= -margin) && all(p <= 1.0 + margin);
+}
+
+// Whether what a carver removes is within the occlusion reach of a voxel's centre.
+fn is_affected(carver: Carver, position_mm: vec3<f32>) -> bool {
+    if carver.operation == OPERATION_REGION {
+        return is_near(carver, position_mm, volume.reach_mm);
+    }
+    let is_in = is_in_dilation(carver, to_clip_map(carver, position_mm));
+    return select(!is_in.y, is_in.x, carver.operation == OPERATION_SUBTRACT);
 }
 
 // Whether a point (clip map space) lies in the mesh of a carver inflated (x) and shrunk (y).

@@ -32,40 +32,45 @@ const FIRST_LINES: f32 = 1.5;
 
 struct Clipping {
     coverage: f32,
-    // Something that a carver removes is within the occlusion reach of the voxel.
-    is_affected: bool,
     // A carver removes every point that can read the voxel.
     is_removed: bool,
 }
 
-// How all carvers together clip a voxel.
-fn clip_voxel(voxel: vec3<f32>) -> Clipping {
+// How all carvers near a voxel (bits modulo 32) together clip it. The coverage is needed of voxels
+// that are not transparent.
+fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     let center_mm = local_position(voxel);
-    var clipping = Clipping(1.0, false, false);
+    var clipping = Clipping(1.0, false);
+    var is_affected = false;
     var cuts = 0u;
-    for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
-        let p = to_clip_map(carvers[i], center_mm);
-        let is_in = is_in_dilation(carvers[i], p);
-        // Of an intersecting carver, what is outside is removed.
-        let subtracts = carvers[i].operation == OPERATION_SUBTRACT;
-        let is_affected = select(!is_in.y, is_in.x, subtracts);
-        let is_removed = select(!is_in.x, is_in.y, subtracts);
-        clipping.is_affected |= is_affected;
-        clipping.is_removed |= is_removed;
-        if occlusion_pass.coverage == COVERAGE_LINES && is_affected && !is_removed {
-            let inside = inside_share(carvers[i], p);
-            let visible = select(inside, 1.0 - inside, subtracts);
-            cuts += u32(visible > 0.0 && visible < 1.0);
-            clipping.coverage = min(clipping.coverage, visible);
+    var rest = near;
+    while rest != 0u {
+        let first = firstTrailingBit(rest);
+        rest &= rest - 1u;
+        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 32u) {
+            let p = to_clip_map(carvers[i], center_mm);
+            let is_in = is_in_dilation(carvers[i], p);
+            // Of an intersecting carver, what is outside is removed.
+            let subtracts = carvers[i].operation == OPERATION_SUBTRACT;
+            let affects = select(!is_in.y, is_in.x, subtracts);
+            let is_removed = select(!is_in.x, is_in.y, subtracts);
+            is_affected |= affects;
+            clipping.is_removed |= is_removed;
+            if needs_coverage && occlusion_pass.coverage == COVERAGE_LINES && affects && !is_removed {
+                let inside = inside_share(carvers[i], p);
+                let visible = select(inside, 1.0 - inside, subtracts);
+                cuts += u32(visible > 0.0 && visible < 1.0);
+                clipping.coverage = min(clipping.coverage, visible);
+            }
         }
     }
     if clipping.is_removed {
         clipping.coverage = 0.0;
     } else if occlusion_pass.coverage == COVERAGE_CENTER {
-        clipping.coverage = f32(is_visible(center_mm));
-    } else if clipping.is_affected && (occlusion_pass.coverage != COVERAGE_LINES || cuts > 1u) {
+        clipping.coverage = f32(is_visible(center_mm, near));
+    } else if needs_coverage && is_affected && (occlusion_pass.coverage != COVERAGE_LINES || cuts > 1u) {
         // What two carvers remove together does not follow from what each of them does.
-        clipping.coverage = visible_share(voxel);
+        clipping.coverage = visible_share(voxel, near);
     }
     return clipping;
 }
@@ -75,17 +80,17 @@ fn local_position(voxel: vec3<f32>) -> vec3<f32> {
 }
 
 // The published rule.
-fn visible_share(voxel: vec3<f32>) -> f32 {
-    var visible = u32(is_visible(local_position(voxel)));
+fn visible_share(voxel: vec3<f32>, near: u32) -> f32 {
+    var visible = u32(is_visible(local_position(voxel), near));
     for (var corner = 0u; corner < 8u; corner += 1u) {
         let sign = vec3<f32>(vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u)) * 2.0 - 1.0;
-        visible += u32(is_visible(local_position(voxel + sign * FIRST_POINTS)));
+        visible += u32(is_visible(local_position(voxel + sign * FIRST_POINTS), near));
     }
     if visible == 0u || visible == 9u {
         return f32(visible) / 9.0;
     }
     for (var k = 0u; k < MORE_POINTS; k += 1u) {
-        visible += u32(is_visible(local_position(voxel + spread_point(k))));
+        visible += u32(is_visible(local_position(voxel + spread_point(k)), near));
     }
     return f32(visible) / f32(9u + MORE_POINTS);
 }

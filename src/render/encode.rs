@@ -1,6 +1,7 @@
 //! The frame as a list of passes. What is in the list was decided in `plan`.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
@@ -13,30 +14,42 @@ use bevy::{
 use std::time::Instant;
 
 use super::{
-    classify::ClassifyPipeline, clip_draw::MeshSource, clip_maps::ClipMaps, count_surfaces::CountPipeline,
-    dilate::DilatePipelines, peel::PeelPipelines, plan::FramePlan, ray_cast::RayCastPipeline,
+    clip::ClipPipeline, clip_draw::MeshSource, clip_maps::ClipMaps, count_surfaces::CountPipeline,
+    cull::CullPipeline, dilate::DilatePipelines, distances::DistancePipelines, mark::MarkPipeline,
+    peel::PeelPipelines, plan::FramePlan, ranges::RangesPipeline, ray_cast::RayCastPipeline,
 };
 use crate::diagnostics::{
-    COUNTERS, ReportChannel, SPAN_CLASSIFY, SPAN_COUNT, SPAN_DEPTH, SPAN_DILATE, SPAN_PRECOMPUTE,
-    SPAN_RAY_CAST,
+    COUNTERS, ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES,
+    SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST,
 };
+
+/// The passes, in the order in which they run.
+#[derive(SystemParam)]
+pub(crate) struct Passes<'w> {
+    count: Res<'w, CountPipeline>,
+    peel: Res<'w, PeelPipelines>,
+    dilate: Res<'w, DilatePipelines>,
+    ranges: Res<'w, RangesPipeline>,
+    cull: Res<'w, CullPipeline>,
+    clip: Res<'w, ClipPipeline>,
+    distances: Res<'w, DistancePipelines>,
+    mark: Res<'w, MarkPipeline>,
+    ray_cast: Res<'w, RayCastPipeline>,
+}
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
 pub(crate) fn encode_passes(
     plan: Res<FramePlan>,
+    passes: Passes,
     clip_maps: Res<ClipMaps>,
     cache: Res<PipelineCache>,
     meshes: Res<RenderAssets<RenderMesh>>,
     allocator: Res<MeshAllocator>,
-    count: Res<CountPipeline>,
-    peel: Res<PeelPipelines>,
-    dilate: Res<DilatePipelines>,
-    classify: Res<ClassifyPipeline>,
-    ray_cast: Res<RayCastPipeline>,
     queue: Res<RenderQueue>,
     report: Res<ReportChannel>,
     ctx: RenderContext,
 ) {
+    let Passes { count, peel, dilate, ranges, cull, clip: clip_voxels, distances, mark, ray_cast } = passes;
     let Some(clip) = &clip_maps.textures else {
         return;
     };
@@ -60,29 +73,34 @@ pub(crate) fn encode_passes(
         job.encode(encoder, &dilate, clip, &cache);
     });
 
-    // Step I: a portion of the unclipped occlusion of volumes that lack it.
-    let precomputes = plan.volumes.iter().filter_map(|job| Some((job, job.precompute.as_ref()?)));
-    frame.pass(SPAN_PRECOMPUTE, precomputes, |encoder, (job, precompute)| {
-        if let Some(group) = &precompute.classify {
-            let groups = [&job.volume_group, group];
-            classify.encode(encoder, groups, precompute.volume_bricks, &cache);
-        }
-        let groups = [&job.volume_group, &precompute.cast];
-        ray_cast.encode(encoder, groups, precompute.bricks, counts, &cache);
+    // Once per volume: the range of intensities in every brick.
+    let volumes = &plan.volumes;
+    let unknown = volumes.iter().filter_map(|job| Some((job, job.ranges.as_ref()?)));
+    frame.pass(SPAN_RANGES, unknown, |encoder, (job, group)| {
+        ranges.encode(encoder, [&job.volume_group, group], job.bricks, &cache);
     });
 
-    // Step IV: opacities and categories of volumes that carvers changed.
-    let carves = plan.volumes.iter().filter_map(|job| Some((job, job.carve.as_ref()?)));
-    frame.pass(SPAN_CLASSIFY, carves.clone(), |encoder, (job, carve)| {
-        let groups = [&job.volume_group, &carve.classify];
-        classify.encode(encoder, groups, carve.bricks, &cache);
+    // Step IV: find the bricks that a changed carver can affect, clip their voxels, and measure how
+    // far all bricks are from anything that can be seen.
+    let changed = volumes.iter().filter_map(|job| Some((job, job.clip.as_ref()?)));
+    frame.pass(SPAN_CULL, changed.clone(), |encoder, (job, step)| {
+        cull.encode(encoder, [&job.volume_group, &step.cull, &step.listed], job.bricks, &cache);
+    });
+    frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, step)| {
+        clip_voxels.encode(encoder, [&job.bricks_group, &step.clip, &job.words], &step.brick_list, &cache);
+    });
+    frame.pass(SPAN_DISTANCES, changed, |encoder, (job, step)| {
+        distances.encode(encoder, &job.volume_group, &step.distances, job.bricks, &cache);
     });
 
-    // Step V: their occlusion.
-    let casts = carves.filter_map(|(job, carve)| Some((job, carve, carve.cast.as_ref()?)));
-    frame.pass(SPAN_RAY_CAST, casts, |encoder, (job, carve, cast)| {
-        let groups = [&job.volume_group, cast];
-        ray_cast.encode(encoder, groups, carve.bricks, counts, &cache);
+    // Step V: find the voxels that will be read and are not up to date, and cast their rays.
+    let views = volumes.iter().flat_map(|job| job.marks.iter().map(move |view| (job, view)));
+    frame.pass(SPAN_MARK, views, |encoder, (job, view)| {
+        mark.encode(encoder, &job.bricks_group, view, &job.words, &cache);
+    });
+    let casts = volumes.iter().filter_map(|job| Some((job, job.cast.as_ref()?)));
+    frame.pass(SPAN_RAY_CAST, casts, |encoder, (job, cast)| {
+        ray_cast.encode(encoder, &job.bricks_group, cast, &cache);
     });
 
     if counts {

@@ -10,7 +10,7 @@ use bevy::{
 use crate::{
     clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
     diagnostics::{CountWork, TimePassesByClock},
-    occlusion::{AmbientOcclusion, VolumeShading},
+    occlusion::{AmbientOcclusion, Shortcuts, VolumeShading},
     volume::{LookupTable, ShownVolume, Volume, VolumeGeometry, longest_stretch},
 };
 
@@ -21,6 +21,7 @@ pub(crate) struct ExtractedScene {
     pub carvers: Vec<ExtractedCarver>,
     pub clip_settings: ClipSettings,
     pub clip_capacity: ClipCapacity,
+    pub shortcuts: Shortcuts,
     pub count_work: bool,
     pub time_by_clock: bool,
 }
@@ -87,12 +88,14 @@ pub(crate) fn extract_scene(
     carvers: Extract<Query<(Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
+    shortcuts: Extract<Res<Shortcuts>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
     mut warned: Local<bool>,
 ) {
     scene.clip_settings = clip_settings.clone();
     scene.clip_capacity = **clip_capacity;
+    scene.shortcuts = **shortcuts;
     scene.count_work = count_work.0;
     scene.time_by_clock = time_by_clock.0;
     scene.volumes.clear();

@@ -42,8 +42,7 @@ impl RenderAsset for GpuVolume {
         let (format, bytes, largest_stored) = formats.encode_intensities(volume.intensities());
         // One beyond the budget was reported; its place is taken by a single voxel, which matches no
         // volume of that size and so is never shown.
-        let most_per_axis = device.limits().max_texture_dimension_3d;
-        let fits = budget.check(VolumeSize::of(&volume), most_per_axis).is_ok();
+        let fits = budget.check(VolumeSize::of(&volume), &device.limits()).is_ok();
         let dimensions = if fits { volume.dimensions() } else { UVec3::ONE };
         let texture = device.create_texture_with_data(
             queue,

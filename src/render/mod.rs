@@ -3,21 +3,26 @@
 //! main world → `extract` → `volume_store`, `clip_maps` (what stays on the device) → `plan` (what
 //! this frame needs) → `encode` (the passes, in order).
 
-mod bricks;
-mod classify;
+mod brick_buffers;
+mod clip;
 mod clip_draw;
 mod clip_keys;
 mod clip_maps;
 mod clip_textures;
 mod count_surfaces;
+mod cull;
 mod device_loss;
 mod dilate;
+mod dispatch;
+mod distances;
 mod encode;
 mod extract;
 mod formats;
 mod gpu_volume;
+mod mark;
 mod peel;
 mod plan;
+mod ranges;
 mod ray_cast;
 mod surface_count;
 mod textures;
@@ -44,7 +49,7 @@ use crate::{diagnostics::ReportChannel, volume::VolumeBudget};
 
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
-pub use volume_store::{VolumeStore, VolumeTexture};
+pub use volume_store::{VolumeStore, VolumeTexture, VoxelMask};
 
 /// Where, in the render world, what stays on the device is made: whatever binds it comes after.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -60,14 +65,24 @@ pub(crate) struct OcclusionRenderPlugin;
 impl Plugin for OcclusionRenderPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "volume_bindings.wgsl");
+        load_shader_library!(app, "bricks.wgsl");
+        load_shader_library!(app, "brick_bindings.wgsl");
+        load_shader_library!(app, "voxel_masks.wgsl");
+        load_shader_library!(app, "work_list.wgsl");
+        load_shader_library!(app, "emptiness.wgsl");
         load_shader_library!(app, "clip_test.wgsl");
         load_shader_library!(app, "occlusion_pass.wgsl");
         load_shader_library!(app, "coverage.wgsl");
+        load_shader_library!(app, "view_ray.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");
         embedded_asset!(app, "count_surfaces.wgsl");
         embedded_asset!(app, "peel.wgsl");
         embedded_asset!(app, "dilate.wgsl");
-        embedded_asset!(app, "classify.wgsl");
+        embedded_asset!(app, "ranges.wgsl");
+        embedded_asset!(app, "cull.wgsl");
+        embedded_asset!(app, "clip.wgsl");
+        embedded_asset!(app, "distances.wgsl");
+        embedded_asset!(app, "mark.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
         app.add_plugins((
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
@@ -92,7 +107,11 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<count_surfaces::CountPipeline>,
                     init_gpu_resource::<peel::PeelPipelines>,
                     init_gpu_resource::<dilate::DilatePipelines>,
-                    init_gpu_resource::<classify::ClassifyPipeline>,
+                    init_gpu_resource::<ranges::RangesPipeline>,
+                    init_gpu_resource::<cull::CullPipeline>,
+                    init_gpu_resource::<clip::ClipPipeline>,
+                    init_gpu_resource::<distances::DistancePipelines>,
+                    init_gpu_resource::<mark::MarkPipeline>,
                     init_gpu_resource::<ray_cast::RayCastPipeline>,
                 )
                     .after(init_gpu_resource::<Formats>)

@@ -1,41 +1,37 @@
-// What the passes over the voxels of a volume share: which bricks they visit and how.
+// What a frame does to a volume: the settings of the passes over its bricks and voxels.
 
 #define_import_path bevy_contextual_ao::occlusion_pass
 
-#import bevy_contextual_ao::volume_bindings::volume
-
 struct OcclusionPass {
-    // Bricks of 4x4x4 voxels to visit, x fastest: [first_brick, end_brick).
-    first_brick: u32,
-    end_brick: u32,
-    // 0: as if there were no carvers.
-    is_clipped: u32,
-    // 0: only voxels of category (b) are cast, 1: all.
-    casts_all: u32,
-    rays: u32,
-    steps: u32,
+    // 1: every brick is listed, not only those near a change.
+    lists_all: u32,
+    // 1: every voxel is stale, not only those that a change affects.
+    is_all_stale: u32,
+    // QUEUE_*
+    queue: u32,
+    // Carvers in `changes`.
+    changes: u32,
     // COVERAGE_*
     coverage: u32,
+    rays: u32,
+    steps: u32,
+    // 1: rays end when nothing more can change them, and leap over empty bricks.
+    ends_early: u32,
+    leaps: u32,
 }
+
+// Which stale voxels are cast without being asked for by a view: none; those that some point of a
+// visible cell reads; those that are not hidden; all.
+const QUEUE_NONE: u32 = 0u;
+const QUEUE_SAMPLEABLE: u32 = 1u;
+const QUEUE_VISIBLE: u32 = 2u;
+const QUEUE_ALL: u32 = 3u;
 
 const COVERAGE_LINES: u32 = 0u;
 const COVERAGE_POINTS: u32 = 1u;
 const COVERAGE_CENTER: u32 = 2u;
 
-// As the mask volume V_m of the paper holds them.
-const CATEGORY_CLIPPED: f32 = 0.0;
-const CATEGORY_AFFECTED: f32 = 0.5;
-const CATEGORY_UNAFFECTED: f32 = 1.0;
+// An item of the list of bricks: its number, and in this bit whether its opacities may be new.
+const BRICK_CLIPS: u32 = 0x80000000u;
 
 @group(1) @binding(0) var<uniform> occlusion_pass: OcclusionPass;
-
-// The voxel of an invocation. Workgroups are numbered over x, then y: one dimension of a dispatch
-// is limited to 65,535. Beyond the last brick it lies outside the volume.
-fn pass_voxel(group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> vec3<u32> {
-    let brick = occlusion_pass.first_brick + group.y * groups.x + group.x;
-    if brick >= occlusion_pass.end_brick {
-        return volume.dimensions;
-    }
-    let bricks = (volume.dimensions + 3u) / 4u;
-    return 4u * vec3(brick % bricks.x, (brick / bricks.x) % bricks.y, brick / (bricks.x * bricks.y)) + local;
-}

@@ -1,4 +1,4 @@
-//! Steps I and V: the spherical ray cast.
+//! Step V: the spherical ray cast of the listed voxels.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -8,10 +8,10 @@ use bevy::{
             BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindingResource,
             Buffer, BufferDescriptor, BufferUsages, CachedComputePipelineId, CommandEncoder,
             ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess,
-            TextureSampleType, TextureView, UniformBuffer,
+            TextureSampleType,
             binding_types::{
-                sampler, storage_buffer, storage_buffer_read_only, texture_3d, texture_storage_3d,
-                uniform_buffer,
+                sampler, storage_buffer, storage_buffer_read_only, storage_buffer_read_only_sized,
+                texture_3d, texture_storage_3d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -19,9 +19,13 @@ use bevy::{
 };
 
 use super::{
-    bricks::dispatch_bricks, formats::Formats, volume_bindings, volume_store::VolumeResources,
+    dispatch::{Groups, dispatch},
+    formats::Formats,
+    volume_bindings,
+    volume_store::VolumeResources,
     volume_uniform::OcclusionPassUniform,
 };
+use crate::diagnostics::COUNTERS;
 
 #[derive(Resource)]
 pub(crate) struct RayCastPipeline {
@@ -29,29 +33,39 @@ pub(crate) struct RayCastPipeline {
     counting_layout: BindGroupLayoutDescriptor,
     pipeline: CachedComputePipelineId,
     counting_pipeline: CachedComputePipelineId,
-    /// Four words: see `diagnostics::COUNTERS`.
+    /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
+}
+
+/// The voxels of one list.
+pub(crate) struct RayCastJob {
+    group: BindGroup,
+    word_list: Buffer,
+    voxel_masks: Buffer,
+    /// First byte and size of the mask of pending voxels.
+    pending: (u64, u64),
+    counts: bool,
 }
 
 impl FromWorld for RayCastPipeline {
     fn from_world(world: &mut World) -> Self {
         let formats = world.resource::<Formats>();
-        let filtered = TextureSampleType::Float { filterable: true };
+        let read = storage_buffer_read_only_sized(false, None);
         let mut entries = BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
                 uniform_buffer::<OcclusionPassUniform>(false),
-                texture_storage_3d(formats.scalar, StorageTextureAccess::WriteOnly),
-                texture_3d(filtered),
-                texture_3d(filtered),
-                texture_3d(filtered),
+                texture_3d(TextureSampleType::Float { filterable: true }),
                 sampler(SamplerBindingType::Filtering),
                 storage_buffer_read_only::<Vec<Vec4>>(false),
+                read,
+                read,
+                texture_storage_3d(formats.scalar, StorageTextureAccess::WriteOnly),
             ),
         )
         .to_vec();
         let layout = BindGroupLayoutDescriptor::new("contextual_ao_ray_cast", &entries);
-        entries.push(storage_buffer::<[u32; 4]>(false).build(7, ShaderStages::COMPUTE));
+        entries.push(storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, ShaderStages::COMPUTE));
         let counting_layout = BindGroupLayoutDescriptor::new("contextual_ao_ray_cast_counting", &entries);
 
         let shader: Handle<Shader> = load_embedded_asset!(world, "ray_cast.wgsl");
@@ -63,9 +77,10 @@ impl FromWorld for RayCastPipeline {
             }
             cache.queue_compute_pipeline(ComputePipelineDescriptor {
                 label: Some(layout.label.clone()),
-                layout: vec![volume_bindings::compute_layout(), layout.clone()],
+                layout: vec![volume_bindings::bricks_layout(), layout.clone()],
                 shader: shader.clone(),
                 shader_defs,
+                zero_initialize_workgroup_memory: true,
                 ..default()
             })
         };
@@ -76,20 +91,12 @@ impl FromWorld for RayCastPipeline {
             counting_layout,
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
-                size: 16,
+                size: 4 * COUNTERS.len() as u64,
                 usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
         }
     }
-}
-
-/// Where a ray cast reads and writes occlusion.
-pub(crate) struct RayCastTarget<'a> {
-    pub pass: &'a UniformBuffer<OcclusionPassUniform>,
-    pub written: &'a TextureView,
-    /// Copied where a voxel is unaffected; not read when every voxel is cast.
-    pub unclipped: &'a TextureView,
 }
 
 impl RayCastPipeline {
@@ -102,20 +109,20 @@ impl RayCastPipeline {
     pub fn bind(
         &self,
         volume: &VolumeResources,
-        target: RayCastTarget,
         formats: &Formats,
         counts: bool,
         cache: &PipelineCache,
         device: &RenderDevice,
-    ) -> Option<BindGroup> {
+    ) -> Option<RayCastJob> {
+        let bricks = &volume.bricks;
         let mut resources = vec![
-            target.pass.binding()?,
-            BindingResource::TextureView(target.written),
+            volume.pass.binding()?,
             BindingResource::TextureView(&volume.opacities.view),
-            BindingResource::TextureView(&volume.categories.view),
-            BindingResource::TextureView(target.unclipped),
             BindingResource::Sampler(&formats.grid_sampler),
             volume.rays.binding()?,
+            bricks.word_list.as_entire_binding(),
+            bricks.voxel_masks.as_entire_binding(),
+            BindingResource::TextureView(&volume.occlusion.view),
         ];
         if counts {
             resources.push(self.work.as_entire_binding());
@@ -123,25 +130,30 @@ impl RayCastPipeline {
         let entries: Vec<_> =
             (0..).zip(resources).map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
         let layout = if counts { &self.counting_layout } else { &self.layout };
-        Some(device.create_bind_group(
-            "contextual_ao_ray_cast",
-            &cache.get_bind_group_layout(layout),
-            &entries,
-        ))
+        let layout = cache.get_bind_group_layout(layout);
+        Some(RayCastJob {
+            group: device.create_bind_group("contextual_ao_ray_cast", &layout, &entries),
+            word_list: bricks.word_list.clone(),
+            voxel_masks: bricks.voxel_masks.clone(),
+            pending: bricks.pending(),
+            counts,
+        })
     }
 
-    /// Visits `bricks` bricks from the pass's first on.
+    /// Casts what is pending; nothing is afterwards.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
-        groups: [&BindGroup; 2],
-        bricks: u32,
-        counts: bool,
+        volume: &BindGroup,
+        job: &RayCastJob,
         cache: &PipelineCache,
     ) {
-        let pipeline = if counts { self.counting_pipeline } else { self.pipeline };
+        let pipeline = if job.counts { self.counting_pipeline } else { self.pipeline };
         if let Some(pipeline) = cache.get_compute_pipeline(pipeline) {
-            dispatch_bricks(encoder, "contextual_ao_ray_cast", pipeline, groups, bricks);
+            let groups = [volume, &job.group];
+            dispatch(encoder, "contextual_ao_ray_cast", pipeline, groups, Groups::Listed(&job.word_list));
         }
+        let (first, size) = job.pending;
+        encoder.clear_buffer(&job.voxel_masks, first, Some(size));
     }
 }

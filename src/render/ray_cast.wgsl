@@ -1,32 +1,40 @@
-// Steps I and V of the CAO paper (sections 3.4 and 3.5): the ambient factor of a voxel, cast along
-// a spherical pattern of rays (equations 2 and 3). Step I casts every voxel of the unclipped
-// volume; step V casts voxels of category (b), copies the result of step I for (c) and writes 1
-// for (a). LAO, the reference, is step V for every voxel. It is one kernel for all three, so equal
-// input gives equal bits.
+// Step V of the CAO paper (sections 3.4 and 3.5): the ambient factor of voxels, cast along a
+// spherical pattern of rays (equations 2 and 3). A workgroup takes the voxels of one word of the mask
+// that are to be cast, and deals out all their rays to its invocations: neighbours look the same way.
+//
+// However many voxels and shortcuts there are, the result has the same bits: what the rays find is
+// added up in whole numbers, so the order does not matter and n equal samples count n times; leaps
+// pass over samples that are exactly 0; and a ray that lets less than half a quantum of the stored
+// byte through counts as opaque, whether it goes on or not.
 
 #import bevy_contextual_ao::{
-    occlusion_pass::{occlusion_pass, pass_voxel},
+    brick_bindings::distance_at,
+    bricks::{samples_in_empty, voxel_of_bit, voxel_of_word},
+    occlusion_pass::occlusion_pass,
     volume_bindings::volume,
 }
 
-#ifdef STORE_R8
-@group(1) @binding(1) var occlusion: texture_storage_3d<r8unorm, write>;
-#else
-@group(1) @binding(1) var occlusion: texture_storage_3d<rgba8unorm, write>;
-#endif
 // Opacities after clipping, V_o.
-@group(1) @binding(2) var opacities: texture_3d<f32>;
-@group(1) @binding(3) var categories: texture_3d<f32>;
-// The unclipped occlusion, V_PAO (not read when every voxel is cast).
-@group(1) @binding(4) var unclipped_occlusion: texture_3d<f32>;
+@group(1) @binding(1) var opacities: texture_3d<f32>;
 // Transparent outside the grid where the device has such samplers, else clamped to the edge.
-@group(1) @binding(5) var grid_sampler: sampler;
+@group(1) @binding(2) var grid_sampler: sampler;
 // Two entries a ray, in texture coordinates: the offset of the first sample and the weight; the
 // step between samples.
-@group(1) @binding(6) var<storage, read> rays: array<vec4<f32>>;
+@group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
+// The list of words, from its head of four on, and the masks: the second is of pending voxels.
+@group(1) @binding(4) var<storage, read> words: array<u32>;
+@group(1) @binding(5) var<storage, read> voxel_masks: array<u32>;
+#ifdef STORE_R8
+@group(1) @binding(6) var occlusion: texture_storage_3d<r8unorm, write>;
+#else
+@group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
+#endif
 #ifdef COUNT_WORK
-// Voxels cast and samples taken, each as low and high word.
-@group(1) @binding(7) var<storage, read_write> work: array<atomic<u32>, 4>;
+// Voxels cast, samples taken and distances looked up, each as low and high word.
+@group(1) @binding(7) var<storage, read_write> work: array<atomic<u32>, 6>;
+
+var<workgroup> samples_taken: atomic<u32>;
+var<workgroup> distances_read: atomic<u32>;
 
 fn count(counter: u32, amount: u32) {
     let before = atomicAdd(&work[2u * counter], amount);
@@ -35,6 +43,18 @@ fn count(counter: u32, amount: u32) {
     }
 }
 #endif
+
+// Invocations of a workgroup.
+const WIDTH: u32 = 64u;
+// Half a quantum of the stored byte.
+const OPAQUE: f32 = 1.0 / 512.0;
+// Transmittances, and factors of rays, are added up in units of these.
+const TRANSMITTANCE_UNIT: f32 = 1.0 / 65536.0;
+const FACTOR_UNIT: f32 = 1.0 / 268435456.0;
+
+// The voxels to be cast, as bits of their mask, and the sums of what their rays found.
+var<workgroup> voxels: array<u32, 32>;
+var<workgroup> sums: array<atomic<u32>, 32>;
 
 // Opacity at a point: trilinear, and transparent outside the grid.
 fn opacity_at(p: vec3<f32>) -> f32 {
@@ -52,44 +72,95 @@ fn opacity_at(p: vec3<f32>) -> f32 {
 
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
 fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
+    let dimensions = vec3<f32>(volume.dimensions);
     var transmittance = 1.0;
-    var sum = 1.0;
+    // In whole units; of the voxel itself, 1.
+    var unit = u32(1.0 / TRANSMITTANCE_UNIT);
+    var sum = unit;
+#ifdef COUNT_WORK
+    var taken = 0u;
+    var read = 0u;
+#endif
     for (var i = 0u; i < occlusion_pass.steps; i += 1u) {
-        transmittance *= 1.0 - opacity_at(start + f32(i) * step);
-        sum += transmittance;
+        let p = start + f32(i) * step;
+        let point = p * dimensions;
+        let left = occlusion_pass.steps - i;
+        if occlusion_pass.ends_early != 0u && (any(point <= vec3(-0.5)) || any(point >= dimensions + 0.5)) {
+            // Outside the grid, and for good: rays start in it.
+            sum += left * unit;
+            break;
+        }
+        if occlusion_pass.leaps != 0u {
+            let distance = distance_at(point);
+#ifdef COUNT_WORK
+            read += 1u;
+#endif
+            if distance > 0u {
+                let passed = min(left, samples_in_empty(point, step * dimensions, distance));
+                sum += passed * unit;
+                i += passed - 1u;
+                continue;
+            }
+        }
+        transmittance *= 1.0 - opacity_at(p);
+#ifdef COUNT_WORK
+        taken += 1u;
+#endif
+        if transmittance < OPAQUE {
+            transmittance = 0.0;
+            unit = 0u;
+            if occlusion_pass.ends_early != 0u {
+                break;
+            }
+        }
+        unit = u32(transmittance / TRANSMITTANCE_UNIT + 0.5);
+        sum += unit;
     }
-    return sum / f32(occlusion_pass.steps + 1u);
+#ifdef COUNT_WORK
+    atomicAdd(&samples_taken, taken);
+    atomicAdd(&distances_read, read);
+#endif
+    return f32(sum) * TRANSMITTANCE_UNIT / f32(occlusion_pass.steps + 1u);
 }
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(WIDTH)
 fn ray_cast(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
 ) {
-    let id = pass_voxel(group, groups, local);
-    if any(id >= volume.dimensions) {
+    let index = group.y * groups.x + group.x;
+    if index >= words[3] {
         return;
     }
-    if occlusion_pass.casts_all == 0u {
-        let category = textureLoad(categories, id, 0).r;
-        // Stored as bytes, the affected category reads back as 0.5 give or take half a byte.
-        if abs(category - 0.5) > 0.25 {
-            let unclipped = textureLoad(unclipped_occlusion, id, 0);
-            let clipped = vec4(1.0, 0.0, 0.0, 0.0);
-            textureStore(occlusion, id, select(unclipped, clipped, category < 0.5));
-            return;
-        }
+    let word = words[4u + index];
+    let pending = voxel_masks[arrayLength(&voxel_masks) / 3u + word];
+    let count_of_voxels = countOneBits(pending);
+    if lane < 32u && extractBits(pending, lane, 1u) != 0u {
+        voxels[countOneBits(extractBits(pending, 0u, lane))] = lane;
     }
-    let center = (vec3<f32>(id) + 0.5) / vec3<f32>(volume.dimensions);
-    var ambient = 0.0;
-    for (var k = 0u; k < occlusion_pass.rays; k += 1u) {
-        let first = rays[2u * k];
-        ambient += first.w * cast_ray(center + first.xyz, rays[2u * k + 1u].xyz);
+    workgroupBarrier();
+    let first = voxel_of_word(word);
+    for (var pair = lane; pair < count_of_voxels * occlusion_pass.rays; pair += WIDTH) {
+        let ray = pair / count_of_voxels;
+        let place = pair % count_of_voxels;
+        let voxel = first + voxel_of_bit(voxels[place]);
+        let center = (vec3<f32>(voxel) + 0.5) / vec3<f32>(volume.dimensions);
+        let start = rays[2u * ray];
+        let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
+        atomicAdd(&sums[place], u32(factor / FACTOR_UNIT + 0.5));
     }
-    textureStore(occlusion, id, vec4(ambient, 0.0, 0.0, 0.0));
+    workgroupBarrier();
+    if lane < count_of_voxels {
+        let voxel = first + voxel_of_bit(voxels[lane]);
+        let ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
+        textureStore(occlusion, voxel, vec4(ambient, 0.0, 0.0, 0.0));
+    }
 #ifdef COUNT_WORK
-    count(0u, 1u);
-    count(1u, occlusion_pass.rays * occlusion_pass.steps);
+    if lane == 0u {
+        count(0u, count_of_voxels);
+        count(1u, atomicLoad(&samples_taken));
+        count(2u, atomicLoad(&distances_read));
+    }
 #endif
 }

@@ -8,7 +8,10 @@ use bevy::{
             BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             BindGroupLayoutEntry, OwnedBindingResource, PipelineCache, SamplerBindingType, ShaderStages,
             TextureSampleType, TextureViewDimension,
-            binding_types::{sampler, texture_2d, texture_2d_array, texture_3d, uniform_buffer},
+            binding_types::{
+                sampler, storage_buffer_read_only_sized, texture_2d, texture_2d_array, texture_3d,
+                uniform_buffer,
+            },
         },
         renderer::RenderDevice,
     },
@@ -45,6 +48,18 @@ pub(crate) fn compute_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_volume", &layout_entries(ShaderStages::COMPUTE))
 }
 
+/// The layout with what is known of bricks, 7 and 8 (`brick_bindings.wgsl`).
+pub(crate) fn brick_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
+    let mut entries = layout_entries(stages);
+    entries.extend([7, 8].map(|binding| storage_buffer_read_only_sized(false, None).build(binding, stages)));
+    entries
+}
+
+/// That layout as group 0 of a compute pass.
+pub(crate) fn bricks_layout() -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new("contextual_ao_bricks", &brick_layout_entries(ShaderStages::COMPUTE))
+}
+
 /// What is bound there. `None` before the buffers were first written.
 pub(crate) fn bindings(
     volume: &VolumeResources,
@@ -64,22 +79,33 @@ pub(crate) fn bindings(
     Some((0..).zip(resources).collect())
 }
 
-/// Group 0 of the compute passes over one volume.
-pub(crate) fn compute_bind_group(
+/// The same with what is known of bricks.
+pub(crate) fn brick_bindings(
+    volume: &VolumeResources,
+    clip: &ClipTextures,
+    formats: &Formats,
+) -> Option<Vec<(u32, OwnedBindingResource)>> {
+    let mut bindings = bindings(volume, clip, formats)?;
+    let buffers = [&volume.bricks.near_carvers, &volume.bricks.distances];
+    bindings.extend((7..).zip(buffers.map(|buffer| OwnedBindingResource::Buffer(buffer.clone()))));
+    Some(bindings)
+}
+
+/// Group 0 of the compute passes over one volume: without what is known of bricks, and with it.
+pub(crate) fn compute_bind_groups(
     volume: &VolumeResources,
     clip: &ClipTextures,
     formats: &Formats,
     cache: &PipelineCache,
     device: &RenderDevice,
-) -> Option<BindGroup> {
-    let bindings = bindings(volume, clip, formats)?;
+) -> Option<[BindGroup; 2]> {
+    let bindings = brick_bindings(volume, clip, formats)?;
     let entries: Vec<_> = bindings
         .iter()
         .map(|(binding, resource)| BindGroupEntry { binding: *binding, resource: resource.get_binding() })
         .collect();
-    Some(device.create_bind_group(
-        "contextual_ao_volume",
-        &cache.get_bind_group_layout(&compute_layout()),
-        &entries,
-    ))
+    let group = |layout: BindGroupLayoutDescriptor, entries: &[BindGroupEntry]| {
+        device.create_bind_group("contextual_ao_volume", &cache.get_bind_group_layout(&layout), entries)
+    };
+    Some([group(compute_layout(), &entries[..7]), group(bricks_layout(), &entries)])
 }

@@ -27,6 +27,15 @@ struct VolumeUniform {
     // Texels per side of the depth maps and of the dilation maps.
     depth_map_size: f32,
     dilation_map_size: f32,
+    // Radii of balls, mm: around the middle of a brick, what points of it read; around a voxel, what
+    // decides its occlusion, and what its opacity.
+    brick_radius_mm: f32,
+    reach_mm: f32,
+    footprint_mm: f32,
+    // All bits or none: carvers to be asked wherever they are.
+    tests_all_carvers: u32,
+    // 1: view rays leap over empty bricks.
+    draw_leaps: u32,
 }
 
 struct Carver {
@@ -54,6 +63,8 @@ struct Carver {
 const OPERATION_NONE: u32 = 0u;
 const OPERATION_SUBTRACT: u32 = 1u;
 const OPERATION_INTERSECT: u32 = 2u;
+// Of what carved and has no maps any more: all that is within reach of its clip camera's view.
+const OPERATION_REGION: u32 = 3u;
 const MAX_CARVERS: u32 = 128u;
 
 @group(#{VOLUME_BIND_GROUP}) @binding(0) var<uniform> volume: VolumeUniform;
@@ -64,10 +75,18 @@ const MAX_CARVERS: u32 = 128u;
 @group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
 
+// Where the table has an intensity as a texture gives it. What is an entry but for rounding is that
+// entry: beside a transparent one there may be one that is not.
+fn lookup_entry(intensity: f32) -> f32 {
+    let entry = intensity * volume.table_scale + volume.table_offset;
+    let nearest = round(entry);
+    return select(entry, nearest, abs(entry - nearest) < 1e-3);
+}
+
 // Colour (linear RGB) and opacity per unit distance of an intensity as a texture gives it.
 fn classify_intensity(intensity: f32) -> vec4<f32> {
     let last = f32(textureDimensions(lookup_table).x - 1u);
-    let entry = clamp(intensity * volume.table_scale + volume.table_offset, 0.0, last);
+    let entry = clamp(lookup_entry(intensity), 0.0, last);
     let below = min(floor(entry), last - 1.0);
     let a = textureLoad(lookup_table, vec2(u32(below), 0u), 0);
     let b = textureLoad(lookup_table, vec2(u32(below) + 1u, 0u), 0);

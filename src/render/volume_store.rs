@@ -6,24 +6,27 @@ use bevy::{
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            Extent3d, StorageBuffer, Texture, TextureDescriptor, TextureDimension, TextureFormat,
+            Buffer, Extent3d, StorageBuffer, Texture, TextureDescriptor, TextureDimension, TextureFormat,
             TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
     },
 };
+use core::iter;
 
 use super::{
+    brick_buffers::BrickBuffers,
     clip_maps::ClipMaps,
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
+    mark::WindowUniform,
+    plan::Contents,
     textures::{TextureAndView, usage_of},
-    volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
+    volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, Queue, VolumeUniform},
 };
 use crate::{
-    clip::CoverageRule,
     diagnostics::GpuUsage,
     occlusion::AmbientOcclusion,
     volume::{LookupTable, Volume},
@@ -40,12 +43,17 @@ pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
 pub enum VolumeTexture {
     /// Opacity after clipping, of one occlusion step.
     Opacities,
-    /// Category after clipping: 0 clipped, 0.5 affected, 1 unaffected.
-    Categories,
-    /// Occlusion of the unclipped volume, 1 where unoccluded.
-    UnclippedOcclusion,
-    /// Occlusion as drawn, 1 where unoccluded.
+    /// Occlusion as drawn, 1 where unoccluded; only where [`VoxelMask::Valid`] holds.
     Occlusion,
+}
+
+/// A yes or no per voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VoxelMask {
+    /// The occlusion is up to date: it has been cast since anything changed that it depends on.
+    Valid,
+    /// No point that is drawn reads the voxel: what reads it is clipped, or transparent.
+    Hidden,
 }
 
 /// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
@@ -58,22 +66,16 @@ pub(crate) struct VolumeResources {
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
-    /// Category of every voxel [V_m].
-    pub categories: TextureAndView,
-    /// Occlusion of the unclipped volume [V_PAO].
-    pub unclipped_occlusion: TextureAndView,
     /// Occlusion as drawn [V_AO].
     pub occlusion: TextureAndView,
     pub uniform: UniformBuffer<VolumeUniform>,
     pub carvers: UniformBuffer<CarverTable>,
-    /// Classifies the unclipped volume.
-    pub unclipped_pass: UniformBuffer<OcclusionPassUniform>,
-    /// Casts a portion of it.
-    pub precompute_pass: UniformBuffer<OcclusionPassUniform>,
-    /// Classifies and casts the clipped volume.
-    pub carve_pass: UniformBuffer<OcclusionPassUniform>,
+    pub pass: UniformBuffer<OcclusionPassUniform>,
+    /// Carvers that changed, as they were and as they are.
+    pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub rays: StorageBuffer<Vec<Vec4>>,
-    pub state: OcclusionState,
+    pub bricks: BrickBuffers,
+    pub state: VolumeState,
 }
 
 /// Tells one content of a volume's textures from another.
@@ -89,40 +91,21 @@ impl VolumeIdentity {
     }
 }
 
-/// How far the occlusion of a volume has come, and what its textures hold.
+/// What is on the device for a volume.
 #[derive(Default)]
-pub(crate) struct OcclusionState {
+pub(crate) struct VolumeState {
     /// Table on the device.
     pub table_revision: Option<u32>,
     /// What the rays on the device were made for.
     pub rays_for: Option<AmbientOcclusion>,
-    /// What the unclipped occlusion is, or is becoming, the occlusion of.
-    pub unclipped_for: Option<UnclippedKey>,
-    /// Bricks of the unclipped occlusion that are done.
-    pub bricks_done: u32,
-    /// What the opacities hold.
-    pub opacities_for: Option<OpacityKey>,
-    /// What the drawn occlusion holds; `None` before the first is complete.
-    pub occlusion_for: Option<(UnclippedKey, OpacityKey)>,
-}
-
-/// What the unclipped occlusion depends on, besides the volume itself.
-#[derive(Clone, PartialEq)]
-pub(crate) struct UnclippedKey {
-    pub table_revision: u32,
-    pub occlusion: AmbientOcclusion,
-}
-
-/// What opacities depend on.
-#[derive(Clone, PartialEq)]
-pub(crate) enum OpacityKey {
-    Unclipped(UnclippedKey),
-    Clipped {
-        unclipped: UnclippedKey,
-        /// The carvers that act, each with the revision of its maps.
-        carvers: Vec<(CarverUniform, u64)>,
-        coverage: CoverageRule,
-    },
+    /// Whether the ranges of bricks are there.
+    pub has_ranges: bool,
+    /// What opacities, and occlusion where it is valid, are of; `None` before the first.
+    pub contents: Option<Contents>,
+    /// What was cast without being asked for.
+    pub queue: Queue,
+    /// Views for which all occlusion that they read is valid.
+    pub marked: Vec<WindowUniform>,
 }
 
 impl VolumeStore {
@@ -132,10 +115,19 @@ impl VolumeStore {
         let resources = self.0.get(&MainEntity::from(volume))?;
         Some(match texture {
             VolumeTexture::Opacities => &resources.opacities.texture,
-            VolumeTexture::Categories => &resources.categories.texture,
-            VolumeTexture::UnclippedOcclusion => &resources.unclipped_occlusion.texture,
             VolumeTexture::Occlusion => &resources.occlusion.texture,
         })
+    }
+
+    /// A mask of the volume on an entity of the main world: the buffer, and first byte and size of the
+    /// mask in it. Two words for every brick of 4x4x4 voxels, a bit each, x fastest in all.
+    pub fn mask(&self, volume: Entity, mask: VoxelMask) -> Option<(&Buffer, u64, u64)> {
+        let bricks = &self.0.get(&MainEntity::from(volume))?.bricks;
+        let (first, size) = match mask {
+            VoxelMask::Valid => bricks.valid(),
+            VoxelMask::Hidden => bricks.hidden(),
+        };
+        Some((&bricks.voxel_masks, first, size))
     }
 
     /// Makes what volumes that came, or changed their data, need; frees what the others had.
@@ -202,15 +194,13 @@ impl VolumeResources {
                 TextureViewDimension::D2,
             ),
             opacities: scalar("contextual_ao_opacities"),
-            categories: scalar("contextual_ao_categories"),
-            unclipped_occlusion: scalar("contextual_ao_unclipped_occlusion"),
             occlusion: scalar("contextual_ao_occlusion"),
             uniform: default(),
             carvers: default(),
-            unclipped_pass: default(),
-            precompute_pass: default(),
-            carve_pass: default(),
+            pass: default(),
+            changes: default(),
             rays: default(),
+            bricks: BrickBuffers::new(volume.geometry.dimensions, device),
             state: default(),
         }
     }
@@ -230,6 +220,13 @@ impl VolumeResources {
                 },
                 texture.size(),
             );
+            let mut opaque = 0u32;
+            let before = volume.table.entries.iter().map(|entry| {
+                opaque += u32::from(entry[3] > 0.0);
+                opaque
+            });
+            let opaque_before: Vec<u32> = iter::once(0).chain(before).collect();
+            queue.write_buffer(&self.bricks.opaque_before, 0, bytemuck::cast_slice(&opaque_before));
         }
         if self.state.rays_for.as_ref() != Some(&volume.occlusion) {
             self.state.rays_for = Some(volume.occlusion.clone());
@@ -243,10 +240,8 @@ impl VolumeResources {
             &self.intensity_texture,
             &self.lookup_table.texture,
             &self.opacities.texture,
-            &self.categories.texture,
-            &self.unclipped_occlusion.texture,
             &self.occlusion.texture,
-        ])
+        ]) + self.bricks.usage()
     }
 }
 

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     clip::{ClipOperation, MAX_CARVERS},
+    occlusion::{AmbientOcclusion, Shortcuts},
     volume::LookupTable,
 };
 
@@ -32,6 +33,11 @@ pub(crate) struct VolumeUniform {
     draw_step_mm: f32,
     depth_map_size: f32,
     dilation_map_size: f32,
+    brick_radius_mm: f32,
+    reach_mm: f32,
+    footprint_mm: f32,
+    tests_all_carvers: u32,
+    draw_leaps: u32,
 }
 
 impl VolumeUniform {
@@ -42,6 +48,7 @@ impl VolumeUniform {
         largest_stored: f64,
         has_occlusion: bool,
         [depth_map_size, dilation_map_size]: [u32; 2],
+        shortcuts: &Shortcuts,
     ) -> Self {
         let geometry = &volume.geometry;
         let texture_from_voxel = geometry.texture_from_voxel();
@@ -66,6 +73,12 @@ impl VolumeUniform {
             draw_step_mm: draw_step as f32,
             depth_map_size: depth_map_size as f32,
             dilation_map_size: dilation_map_size as f32,
+            // Half a brick's diagonal, which four cells have; rounding must not make it too short.
+            brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
+            reach_mm: volume.occlusion.reach_mm(geometry) as f32,
+            footprint_mm: AmbientOcclusion::footprint_mm(geometry) as f32,
+            tests_all_carvers: if shortcuts.near_carvers { 0 } else { u32::MAX },
+            draw_leaps: shortcuts.draw_leaps.into(),
         }
     }
 }
@@ -135,13 +148,28 @@ impl CarverUniform {
             padding: 0,
         }
     }
+
+    /// What stands for a carver that was, and whose maps are gone; `None` for one that acted everywhere.
+    pub fn region(self) -> Option<Self> {
+        (self.operation != OPERATION_INTERSECT).then_some(Self { operation: OPERATION_REGION, ..self })
+    }
+
+    #[cfg(test)]
+    pub fn at(place: f32, operation: ClipOperation) -> Self {
+        let clip_from_local = [Vec4::splat(place); 3];
+        Self { clip_from_local, operation: operation_code(operation), ..default() }
+    }
 }
+
+const OPERATION_SUBTRACT: u32 = 1;
+const OPERATION_INTERSECT: u32 = 2;
+const OPERATION_REGION: u32 = 3;
 
 /// An operation as `OPERATION_*` in WGSL.
 fn operation_code(operation: ClipOperation) -> u32 {
     match operation {
-        ClipOperation::Subtract => 1,
-        ClipOperation::Intersect => 2,
+        ClipOperation::Subtract => OPERATION_SUBTRACT,
+        ClipOperation::Intersect => OPERATION_INTERSECT,
     }
 }
 
@@ -157,16 +185,28 @@ fn lower_triangular(edges: DMat3) -> DMat3 {
     DMat3::from_cols(x, y, z)
 }
 
-/// One pass over the voxels of a volume, as `OcclusionPass` in WGSL.
+/// Which stale voxels are cast without being asked for by a view, as `QUEUE_*` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Queue {
+    #[default]
+    None,
+    Sampleable,
+    Visible,
+    All,
+}
+
+/// What a frame does to a volume, as `OcclusionPass` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct OcclusionPassUniform {
-    pub first_brick: u32,
-    pub end_brick: u32,
-    pub is_clipped: u32,
-    pub casts_all: u32,
+    pub lists_all: u32,
+    pub is_all_stale: u32,
+    pub queue: u32,
+    pub changes: u32,
+    pub coverage: u32,
     pub rays: u32,
     pub steps: u32,
-    pub coverage: u32,
+    pub ends_early: u32,
+    pub leaps: u32,
 }
 
 /// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
@@ -174,7 +214,7 @@ pub(crate) struct OcclusionPassUniform {
 pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
     let geometry = &volume.geometry;
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
-    let start = crate::occlusion::AmbientOcclusion::start_mm(geometry.spacing_mm);
+    let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
     let step = volume.occlusion.step_mm.max(0.0) as f64;
     let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
     volume
@@ -225,15 +265,20 @@ mod tests {
 
     #[test]
     fn rust_and_wgsl_agree() {
-        assert_eq!(rust_layout::<VolumeUniform, 14>(), wgsl_layout("VolumeUniform"));
+        assert_eq!(rust_layout::<VolumeUniform, 19>(), wgsl_layout("VolumeUniform"));
         assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout("Carver"));
-        assert_eq!(rust_layout::<OcclusionPassUniform, 7>(), wgsl_layout("OcclusionPass"));
+        assert_eq!(rust_layout::<OcclusionPassUniform, 9>(), wgsl_layout("OcclusionPass"));
         let (bindings, pass) = (include_str!("volume_bindings.wgsl"), include_str!("occlusion_pass.wgsl"));
         for (shader, name, value) in [
             (bindings, "MAX_CARVERS", MAX_CARVERS as u32),
             (bindings, "OPERATION_NONE", CarverUniform::default().operation),
             (bindings, "OPERATION_SUBTRACT", operation_code(ClipOperation::Subtract)),
             (bindings, "OPERATION_INTERSECT", operation_code(ClipOperation::Intersect)),
+            (bindings, "OPERATION_REGION", OPERATION_REGION),
+            (pass, "QUEUE_NONE", Queue::None as u32),
+            (pass, "QUEUE_SAMPLEABLE", Queue::Sampleable as u32),
+            (pass, "QUEUE_VISIBLE", Queue::Visible as u32),
+            (pass, "QUEUE_ALL", Queue::All as u32),
             (pass, "COVERAGE_LINES", CoverageRule::Lines as u32),
             (pass, "COVERAGE_POINTS", CoverageRule::Points as u32),
             (pass, "COVERAGE_CENTER", CoverageRule::Center as u32),

@@ -3,7 +3,7 @@
 use bevy::{
     platform::collections::HashSet,
     prelude::*,
-    render::{extract_resource::ExtractResource, renderer::RenderDevice},
+    render::{extract_resource::ExtractResource, render_resource::WgpuLimits, renderer::RenderDevice},
 };
 
 use super::{Intensities, Volume, Volume3d, VolumeFailed};
@@ -12,10 +12,10 @@ use super::{Intensities, Volume, Volume3d, VolumeFailed};
 #[derive(Resource, ExtractResource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VolumeBudget {
-    /// Bytes of one volume, with its opacities, categories and occlusion: 5 a voxel for one of 8
-    /// bits, 6 for one of 16; up to four times that on a device that cannot store single bytes. A
-    /// higher budget shows larger volumes, as long as the device has the memory; it cannot be asked
-    /// how much that is.
+    /// Bytes of one volume, with its opacities, occlusion and what is kept about its bricks: 3.8 a
+    /// voxel for one of 8 bits, 4.8 for one of 16; more on a device that cannot store single bytes
+    /// (6 more). A higher budget shows larger volumes, as long as the device has the memory; it cannot
+    /// be asked how much that is.
     pub most_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
     /// resolution, or a quarter, with a warning, instead of refusing it with [`VolumeFailed`].
@@ -48,21 +48,38 @@ impl VolumeSize {
         Self { dimensions: self.dimensions.map(|voxels| voxels.div_ceil(2)), ..self }
     }
 
-    /// With four more volumes of a byte a voxel.
+    /// With two more volumes of a byte a voxel, and what is kept about bricks.
     fn bytes(self) -> u64 {
-        let voxels: u64 = self.dimensions.to_array().map(u64::from).into_iter().product();
-        voxels * (4 + self.bytes_per_intensity)
+        let voxels = self.dimensions.as_u64vec3().element_product();
+        voxels * (2 + self.bytes_per_intensity) + self.bricks() * Self::BYTES_PER_BRICK
     }
+
+    /// Bricks of 4x4x4 voxels.
+    fn bricks(self) -> u64 {
+        self.dimensions.map(|voxels| voxels.div_ceil(4)).as_u64vec3().element_product()
+    }
+
+    /// What the buffers hold of every brick, and the largest of them.
+    const BYTES_PER_BRICK: u64 = 52;
+    const MOST_BYTES_PER_BRICK: u64 = 24;
 }
 
 impl VolumeBudget {
-    /// Why a volume cannot be shown, if it cannot; `most_per_axis` is what the device's 3D textures
-    /// hold.
-    pub(crate) fn check(&self, size: VolumeSize, most_per_axis: u32) -> Result<(), String> {
+    /// Why a volume cannot be shown, if it cannot; `device` is what it can hold.
+    pub(crate) fn check(&self, size: VolumeSize, device: &WgpuLimits) -> Result<(), String> {
         let dimensions = size.dimensions;
+        let most_per_axis = device.max_texture_dimension_3d;
         if dimensions.max_element() > most_per_axis {
             return Err(format!(
                 "{dimensions} voxels: this graphics device holds at most {most_per_axis} along each axis"
+            ));
+        }
+        let buffer = size.bricks() * VolumeSize::MOST_BYTES_PER_BRICK;
+        let most_in_buffer = device.max_storage_buffer_binding_size;
+        if buffer > most_in_buffer {
+            return Err(format!(
+                "{dimensions} voxels need a buffer of {buffer} bytes: this graphics device binds at most \
+                 {most_in_buffer}"
             ));
         }
         if size.bytes() > self.most_bytes {
@@ -78,9 +95,9 @@ impl VolumeBudget {
 
     /// How often a volume has to be halved to be shown, and its size then; `None` if not even one
     /// voxel can be.
-    fn halvings(&self, mut size: VolumeSize, most_per_axis: u32) -> Option<(u32, UVec3)> {
+    fn halvings(&self, mut size: VolumeSize, device: &WgpuLimits) -> Option<(u32, UVec3)> {
         for halvings in 0.. {
-            if self.check(size, most_per_axis).is_ok() {
+            if self.check(size, device).is_ok() {
                 return Some((halvings, size.dimensions));
             }
             if size.dimensions == UVec3::ONE {
@@ -118,7 +135,13 @@ pub(super) fn fit_volumes(
             _ => None,
         })
         .collect();
-    let most_per_axis = device.map_or(u32::MAX, |device| device.limits().max_texture_dimension_3d);
+    // Without a device nothing is drawn, and nothing is too large.
+    let unlimited = || WgpuLimits {
+        max_texture_dimension_3d: u32::MAX,
+        max_storage_buffer_binding_size: u64::MAX,
+        ..default()
+    };
+    let limits = device.map_or_else(unlimited, |device| device.limits());
     for (entity, handle, shown) in &entities {
         let id = handle.id();
         let is_current = shown.is_some_and(|shown| shown.of == id);
@@ -130,7 +153,7 @@ pub(super) fn fit_volumes(
             continue;
         };
         let size = VolumeSize::of(volume);
-        let volume = match budget.check(size, most_per_axis) {
+        let volume = match budget.check(size, &limits) {
             Ok(()) => {
                 if is_current && shown.is_some_and(|shown| shown.volume.as_ref() != Some(&handle.0)) {
                     // The renderer passed it over: marked as changed, it is seen anew, and shown
@@ -141,7 +164,7 @@ pub(super) fn fit_volumes(
                 }
                 Some(handle.0.clone())
             }
-            Err(reason) => match budget.halvings(size, most_per_axis) {
+            Err(reason) => match budget.halvings(size, &limits) {
                 Some((halvings, dimensions)) if budget.halves => {
                     warn!("{reason}: {dimensions} voxels are shown on {entity}");
                     let fitted = (1..halvings).fold(volume.halved(), |volume, _| volume.halved());

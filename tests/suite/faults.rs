@@ -17,7 +17,7 @@ use bevy_contextual_ao::{
 
 use crate::{
     headless::Headless,
-    scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp},
+    scene::{IMAGE, TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(24, 22, 20);
@@ -148,7 +148,7 @@ fn a_volume_comes_back_after_the_device_is_lost() {
     let _ = device.poll(PollType::wait_indefinitely());
     scene.headless.frames(20);
     assert!(scene.headless.image() == image, "the image is not as it was");
-    assert!(scene.occlusion() == occlusion, "the occlusion is not as it was");
+    assert_eq!(count_different(&scene.occlusion(), &occlusion), 0, "the occlusion is not as it was");
     // And it can be carved.
     scene.move_carver(carver, place.with_translation(Vec3::new(-4.0, 4.0, 6.0)));
     scene.headless.frame();

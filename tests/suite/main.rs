@@ -23,6 +23,7 @@ mod oracle;
 mod properties;
 mod readers;
 mod shaders;
+mod shortcuts;
 mod small_files;
 mod stability;
 mod transfer_function;

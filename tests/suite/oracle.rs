@@ -4,7 +4,7 @@ use bevy::{
     math::{DMat4, DVec3},
     prelude::*,
 };
-use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::VolumeGeometry};
 
 use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
 
@@ -85,7 +85,7 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
     }
     let oracle =
         Oracle { dimensions, opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(), geometry };
-    let found = scene.occlusion();
+    let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
     let (mut largest, mut squares) = (0f64, 0.0);
     let mut index = 0;
     for z in 0..dimensions.z {

@@ -6,70 +6,75 @@ use naga_oil::compose::{
 };
 use std::collections::HashMap;
 
-/// A shader that is compiled with every combination of its definitions.
-struct Entry {
-    name: &'static str,
-    source: &'static str,
-    definitions: &'static [&'static str],
+macro_rules! sources {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../src/render/", $name)))),*]
+    };
 }
 
-const LIBRARIES: [(&str, &str); 4] = [
-    ("volume_bindings.wgsl", include_str!("../../src/render/volume_bindings.wgsl")),
-    ("clip_test.wgsl", include_str!("../../src/render/clip_test.wgsl")),
-    ("occlusion_pass.wgsl", include_str!("../../src/render/occlusion_pass.wgsl")),
-    ("coverage.wgsl", include_str!("../../src/render/coverage.wgsl")),
+/// In an order in which each is behind what it imports.
+const LIBRARIES: [(&str, &str); 10] = sources![
+    "volume_bindings.wgsl",
+    "bricks.wgsl",
+    "brick_bindings.wgsl",
+    "voxel_masks.wgsl",
+    "work_list.wgsl",
+    "clip_test.wgsl",
+    "occlusion_pass.wgsl",
+    "coverage.wgsl",
+    "emptiness.wgsl",
+    "view_ray.wgsl",
 ];
 
-const ENTRIES: [Entry; 6] = [
-    Entry {
-        name: "clip_draw.wgsl",
-        source: include_str!("../../src/render/clip_draw.wgsl"),
-        definitions: &["COUNT", "COMPARE"],
-    },
-    Entry {
-        name: "count_surfaces.wgsl",
-        source: include_str!("../../src/render/count_surfaces.wgsl"),
-        definitions: &[],
-    },
-    Entry {
-        name: "peel.wgsl",
-        source: include_str!("../../src/render/peel.wgsl"),
-        definitions: &["SEVERAL_LAYERS"],
-    },
-    Entry {
-        name: "dilate.wgsl",
-        source: include_str!("../../src/render/dilate.wgsl"),
-        definitions: &["REDUCE"],
-    },
-    Entry {
-        name: "classify.wgsl",
-        source: include_str!("../../src/render/classify.wgsl"),
-        definitions: &["STORE_R8"],
-    },
-    Entry {
-        name: "ray_cast.wgsl",
-        source: include_str!("../../src/render/ray_cast.wgsl"),
-        definitions: &["STORE_R8", "GRID_BORDER", "COUNT_WORK"],
-    },
+const ENTRIES: [(&str, &str); 10] = sources![
+    "clip_draw.wgsl",
+    "count_surfaces.wgsl",
+    "peel.wgsl",
+    "dilate.wgsl",
+    "ranges.wgsl",
+    "cull.wgsl",
+    "clip.wgsl",
+    "distances.wgsl",
+    "mark.wgsl",
+    "ray_cast.wgsl",
 ];
+
+/// Definitions with which an entry is compiled, in all combinations.
+fn definitions_of(name: &str) -> &'static [&'static str] {
+    match name {
+        "clip_draw.wgsl" => &["COUNT", "COMPARE"],
+        "peel.wgsl" => &["SEVERAL_LAYERS"],
+        "dilate.wgsl" => &["REDUCE"],
+        "clip.wgsl" => &["STORE_R8"],
+        "distances.wgsl" => &["OCCUPY"],
+        "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK"],
+        _ => &[],
+    }
+}
 
 #[test]
 fn every_variant_composes_and_validates() {
-    for entry in &ENTRIES {
-        for chosen in 0..1u32 << entry.definitions.len() {
-            let names = entry.definitions.iter().enumerate().filter(|(bit, _)| chosen >> bit & 1 == 1);
+    for entry in ENTRIES {
+        let optional = definitions_of(entry.0);
+        for chosen in 0..1u32 << optional.len() {
+            let names = optional.iter().enumerate().filter(|(bit, _)| chosen >> bit & 1 == 1);
             let mut definitions: HashMap<String, ShaderDefValue> =
                 names.map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true))).collect();
-            definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
+            for name in ["VOLUME_BIND_GROUP", "AXIS"] {
+                definitions.insert(name.into(), ShaderDefValue::UInt(0));
+            }
             if let Err(error) = compose(entry, definitions.clone()) {
-                panic!("{} with {definitions:?}: {error}", entry.name);
+                panic!("{} with {definitions:?}: {error}", entry.0);
             }
         }
     }
 }
 
 /// Composes and, as naga_oil does, validates.
-fn compose(entry: &Entry, shader_defs: HashMap<String, ShaderDefValue>) -> Result<(), String> {
+fn compose(
+    (file_path, source): (&str, &str),
+    shader_defs: HashMap<String, ShaderDefValue>,
+) -> Result<(), String> {
     let mut composer = Composer::default();
     for (file_path, source) in LIBRARIES {
         let module = ComposableModuleDescriptor {
@@ -84,8 +89,8 @@ fn compose(entry: &Entry, shader_defs: HashMap<String, ShaderDefValue>) -> Resul
     }
     composer
         .make_naga_module(NagaModuleDescriptor {
-            source: entry.source,
-            file_path: entry.name,
+            source,
+            file_path,
             shader_type: ShaderType::Wgsl,
             shader_defs,
             ..Default::default()

@@ -75,9 +75,7 @@ impl Watched {
             scene.move_carver(carver, pose(frame));
             scene.headless.frame();
             let seen = |bytes: Vec<u8>| bytes.into_iter().map(Some).collect();
-            let occlusion = scene.occlusion().into_iter().zip(scene.categories());
-            let readable = occlusion.map(|(value, category)| (category > 0).then_some(value)).collect();
-            let now = [seen(scene.opacities()), readable, seen(scene.headless.image())];
+            let now = [seen(scene.opacities()), scene.occlusion(), seen(scene.headless.image())];
             for (changes, now) in watched.0.iter_mut().zip(now) {
                 changes.add(now);
             }

@@ -2,7 +2,7 @@
 //! open (section 5).
 
 use bevy::prelude::*;
-use bevy_contextual_ao::diagnostics::{SPAN_CLASSIFY, SPAN_DEPTH, SPAN_DILATE};
+use bevy_contextual_ao::diagnostics::{SPAN_CLIP, SPAN_DEPTH, SPAN_DILATE};
 
 use super::{
     super::{inside::InsideTest, shapes::Triangles},
@@ -33,7 +33,7 @@ pub fn table(sizes: &[u32], voxels: usize, report: &mut impl FnMut(Figure)) {
                 ("RMS error of coverage", "of full range", error.rms),
                 ("wrong points", "share of points", wrong.wrong_share),
                 ("depth and dilation maps", "ms", maps_ms),
-                ("clipping the voxels", "ms", scene.headless.pass_ms(SPAN_CLASSIFY)),
+                ("clipping the voxels", "ms", scene.headless.pass_ms(SPAN_CLIP)),
             ];
             for (figure, unit, value) in figures {
                 let (case, method) = (name.to_string(), format!("{size} x {size} texels"));

@@ -7,7 +7,7 @@ use super::{
     super::{
         random::Random,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, folded_volume, translucent_ramp},
+        small_scene::{TestScene, count_different, few_rays, folded_volume, translucent_ramp},
     },
     Figure,
 };
@@ -72,7 +72,7 @@ pub fn paths(steps: usize, report: &mut impl FnMut(Figure)) {
     figure(
         "different from a fresh start",
         "voxels",
-        differ(&walked.sampled_occlusion(), &fresh.sampled_occlusion()),
+        count_different(&walked.occlusion(), &fresh.occlusion()) as f64,
     );
     figure(
         "different from a fresh start",
@@ -80,7 +80,7 @@ pub fn paths(steps: usize, report: &mut impl FnMut(Figure)) {
         differ(&walked.headless.image(), &fresh.headless.image()),
     );
 
-    let (occlusion, image) = (walked.sampled_occlusion(), walked.headless.image());
+    let (occlusion, image) = (walked.occlusion(), walked.headless.image());
     walked.headless.frame();
     let passes = walked.status().passes.total_jobs();
     walked.headless.frame();
@@ -98,5 +98,6 @@ pub fn paths(steps: usize, report: &mut impl FnMut(Figure)) {
     walked.move_carver(carvers[0], goals[0]);
     walked.headless.frame();
     assert!(walked.headless.image() != image, "the view did not change");
-    figure("different for another camera", "voxels", differ(&walked.sampled_occlusion(), &occlusion));
+    let different = count_different(&walked.occlusion(), &occlusion);
+    figure("different for another camera", "voxels", different as f64);
 }

@@ -1,12 +1,14 @@
 //! Decides, before anything is encoded, which passes this frame needs: a frame in which nothing
 //! changed needs none.
 
-mod budget;
 mod carvers;
+mod changes;
+mod views;
 mod volumes;
 mod work;
 
 pub(crate) use carvers::plan_carvers;
+pub(crate) use changes::Contents;
 pub(crate) use volumes::{VolumeJob, plan_volumes};
 
 use bevy::{platform::collections::HashMap, prelude::*};

@@ -1,72 +1,89 @@
-//! Which volumes need clipping or casting.
+//! Which passes each volume needs.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
-        render_resource::{BindGroup, PipelineCache, ShaderType, UniformBuffer, encase::internal::WriteInto},
+        render_resource::{
+            BindGroup, Buffer, PipelineCache, ShaderType, UniformBuffer, encase::internal::WriteInto,
+        },
         renderer::{RenderDevice, RenderQueue},
     },
 };
-use std::time::Instant;
 
-use super::{
-    FramePlan,
-    budget::PrecomputeBudget,
-    work::{Goal, Work},
-};
+use super::{FramePlan, changes::Contents, views::Views, work::Work};
 use crate::{
     diagnostics::ReportChannel,
     render::{
-        classify::ClassifyPipeline,
+        brick_buffers::{BrickBuffers, work_group},
+        clip::ClipPipeline,
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
+        cull::CullPipeline,
+        distances::DistancePipelines,
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
-        ray_cast::{RayCastPipeline, RayCastTarget},
+        mark::{MarkJob, MarkPipeline},
+        ranges::RangesPipeline,
+        ray_cast::{RayCastJob, RayCastPipeline},
         volume_bindings,
         volume_store::{VolumeResources, VolumeStore},
-        volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, VolumeUniform},
+        volume_uniform::{CarverTable, CarverUniform, VolumeUniform},
     },
 };
 
 /// The passes over one volume.
 pub(crate) struct VolumeJob {
-    /// Group 0 of all of them.
+    /// Group 0 of passes that find out about bricks, and of those that go by it.
     pub volume_group: BindGroup,
-    pub precompute: Option<PrecomputeJob>,
-    pub carve: Option<CarveJob>,
-}
-
-/// A portion of step I.
-pub(crate) struct PrecomputeJob {
-    /// Unclipped opacities of the whole volume, where they are not there yet.
-    pub classify: Option<BindGroup>,
-    pub volume_bricks: u32,
-    pub cast: BindGroup,
+    pub bricks_group: BindGroup,
+    /// Number of bricks.
     pub bricks: u32,
+    /// Once per volume.
+    pub ranges: Option<BindGroup>,
+    /// Step IV, where carvers or anything else changed.
+    pub clip: Option<ClipJob>,
+    /// Views to be followed, and the list that they fill.
+    pub marks: Vec<MarkJob>,
+    pub words: BindGroup,
+    /// Step V, for what was put on the list.
+    pub cast: Option<RayCastJob>,
 }
 
-/// Steps IV and V over the whole volume.
-pub(crate) struct CarveJob {
-    pub classify: BindGroup,
-    pub cast: Option<BindGroup>,
-    pub bricks: u32,
+/// Finds what changed and clips it.
+pub(crate) struct ClipJob {
+    pub cull: BindGroup,
+    /// The list that it fills.
+    pub listed: BindGroup,
+    pub clip: BindGroup,
+    pub brick_list: Buffer,
+    pub distances: [BindGroup; 4],
 }
 
-/// Writes what the shaders read and plans steps I, IV and V.
+/// The passes over volumes, and what their bind groups take.
+#[derive(SystemParam)]
+pub(crate) struct VolumePasses<'w> {
+    ranges: Res<'w, RangesPipeline>,
+    cull: Res<'w, CullPipeline>,
+    clip: Res<'w, ClipPipeline>,
+    distances: Res<'w, DistancePipelines>,
+    mark: Res<'w, MarkPipeline>,
+    ray_cast: Res<'w, RayCastPipeline>,
+    formats: Res<'w, Formats>,
+    cache: Res<'w, PipelineCache>,
+    device: Res<'w, RenderDevice>,
+    queue: Res<'w, RenderQueue>,
+}
+
+/// Writes what the shaders read and plans the passes over volumes.
 pub(crate) fn plan_volumes(
     scene: Res<ExtractedScene>,
-    classify: Res<ClassifyPipeline>,
-    ray_cast: Res<RayCastPipeline>,
-    formats: Res<Formats>,
-    cache: Res<PipelineCache>,
-    device: Res<RenderDevice>,
-    queue: Res<RenderQueue>,
+    passes: VolumePasses,
+    views: Views,
     clip_maps: Res<ClipMaps>,
     report: Res<ReportChannel>,
     mut store: ResMut<VolumeStore>,
     mut plan: ResMut<FramePlan>,
-    mut budget: Local<PrecomputeBudget>,
 ) {
     plan.volumes.clear();
     plan.counts_work = scene.count_work;
@@ -74,45 +91,33 @@ pub(crate) fn plan_volumes(
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let pipelines_ready = classify.is_ready(&cache) && ray_cast.is_ready(&cache);
+    let are_ready = passes.are_ready();
     let mut progress = Vec::new();
-    let mut share = budget.share(Instant::now());
-    let mut precomputes = false;
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
         };
-        resources.upload(volume, &device, &queue);
+        let (device, queue) = (&*passes.device, &*passes.queue);
+        resources.upload(volume, device, queue);
         let carvers = carvers_of(volume, &scene, &plan);
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
-        let goal = Goal::of(volume, carvers, scene.clip_settings.coverage);
-        let work = if pipelines_ready { resources.advance(volume, &goal, &mut share) } else { default() };
-        precomputes |= work.precompute.is_some();
-        let done = resources.progress(&goal, volume);
-        // Until all carvers carve, nothing is final.
-        let done = if plan.carvers_wait || !pipelines_ready { done.min(0.999) } else { done };
-        progress.push((volume.entity.id(), done));
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
-        let has_occlusion = resources.state.occlusion_for.is_some();
         let largest = resources.largest_stored;
-        let uniform = VolumeUniform::new(volume, largest, has_occlusion, sizes);
-        write_if_changed(&mut resources.uniform, uniform, &device, &queue);
-        write_if_changed(&mut resources.carvers, table, &device, &queue);
-        let job = work.bind(
-            resources,
-            clip,
-            &formats,
-            &classify,
-            &ray_cast,
-            scene.count_work,
-            &cache,
-            &device,
-            &queue,
-        );
-        plan.volumes.extend(job);
-    }
-    if !precomputes {
-        budget.pause();
+        let uniform = VolumeUniform::new(volume, largest, are_ready, sizes, &scene.shortcuts);
+        let looks_different = write_if_changed(&mut resources.uniform, uniform, device, queue);
+        write_if_changed(&mut resources.carvers, table, device, queue);
+        // Until all carvers carve, nothing is final.
+        let is_final = are_ready && !plan.carvers_wait;
+        progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
+        if !are_ready {
+            continue;
+        }
+        let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
+        let windows = views.windows(volume);
+        let work = resources.advance(volume, contents, windows, looks_different, &scene.shortcuts);
+        if work.is_some() {
+            plan.volumes.extend(work.bind(resources, clip, scene.count_work, &passes));
+        }
     }
     if let Ok(mut report) = report.0.lock() {
         report.progress = progress;
@@ -137,89 +142,81 @@ fn carvers_of(
         .collect()
 }
 
-/// Puts a value where shaders read it, unless it is there.
+/// Puts a value where shaders read it, unless it is there. Returns whether it was not.
 fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
     buffer: &mut UniformBuffer<T>,
     value: T,
     device: &RenderDevice,
     queue: &RenderQueue,
-) {
-    if buffer.buffer().is_none() || *buffer.get() != value {
+) -> bool {
+    let is_new = buffer.buffer().is_none() || *buffer.get() != value;
+    if is_new {
         buffer.set(value);
         buffer.write_buffer(device, queue);
+    }
+    is_new
+}
+
+impl VolumePasses<'_> {
+    fn are_ready(&self) -> bool {
+        let cache = &self.cache;
+        self.ranges.is_ready(cache)
+            && self.cull.is_ready(cache)
+            && self.clip.is_ready(cache)
+            && self.distances.is_ready(cache)
+            && self.mark.is_ready(cache)
+            && self.ray_cast.is_ready(cache)
     }
 }
 
 impl Work {
-    /// Writes the passes' uniforms and makes their bind groups. `None` where there is nothing to do.
+    /// Writes what the passes read and makes their bind groups.
     fn bind(
         self,
         volume: &mut VolumeResources,
         clip: &ClipTextures,
-        formats: &Formats,
-        classify: &ClassifyPipeline,
-        ray_cast: &RayCastPipeline,
         counts: bool,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-        queue: &RenderQueue,
+        passes: &VolumePasses,
     ) -> Option<VolumeJob> {
-        if self.precompute.is_none() && !self.classifies {
-            return None;
-        }
-        let pass = OcclusionPassUniform {
-            rays: self.rays,
-            steps: self.steps,
-            coverage: self.coverage as u32,
-            ..default()
+        let VolumePasses { formats, cache, device, queue, .. } = passes;
+        volume.pass.set(self.pass);
+        volume.pass.write_buffer(device, queue);
+        let volume_groups = |volume: &VolumeResources| {
+            volume_bindings::compute_bind_groups(volume, clip, formats, cache, device)
         };
-        if let Some((first_brick, end_brick, _)) = self.precompute {
-            volume.unclipped_pass.set(OcclusionPassUniform { end_brick: self.volume_bricks, ..pass });
-            volume.unclipped_pass.write_buffer(device, queue);
-            volume.precompute_pass.set(OcclusionPassUniform { first_brick, end_brick, casts_all: 1, ..pass });
-            volume.precompute_pass.write_buffer(device, queue);
-        }
-        volume.carve_pass.set(OcclusionPassUniform {
-            end_brick: self.volume_bricks,
-            is_clipped: 1,
-            casts_all: self.casts_all as u32,
-            ..pass
-        });
-        volume.carve_pass.write_buffer(device, queue);
-
-        let volume = &*volume;
-        let precompute = self.precompute.and_then(|(first, end, classifies)| {
-            let target = RayCastTarget {
-                pass: &volume.precompute_pass,
-                written: &volume.unclipped_occlusion.view,
-                // Not read: every voxel is cast.
-                unclipped: &volume.occlusion.view,
-            };
-            let classify = classify.bind(volume, &volume.unclipped_pass, cache, device)?;
-            Some(PrecomputeJob {
-                classify: classifies.then_some(classify),
-                volume_bricks: self.volume_bricks,
-                cast: ray_cast.bind(volume, target, formats, counts, cache, device)?,
-                bricks: end - first,
-            })
-        });
-        let carve = self.classifies.then_some(()).and_then(|()| {
-            let target = RayCastTarget {
-                pass: &volume.carve_pass,
-                written: &volume.occlusion.view,
-                unclipped: &volume.unclipped_occlusion.view,
-            };
-            let cast = ray_cast.bind(volume, target, formats, counts, cache, device)?;
-            Some(CarveJob {
-                classify: classify.bind(volume, &volume.carve_pass, cache, device)?,
-                cast: self.casts.then_some(cast),
-                bricks: self.volume_bricks,
-            })
-        });
+        BrickBuffers::empty(&volume.bricks.word_list, queue);
+        let clip_job = match self.changes {
+            Some(mut changes) => {
+                BrickBuffers::empty(&volume.bricks.brick_list, queue);
+                // A binding cannot be empty.
+                changes.push(default());
+                volume.changes.set(changes);
+                volume.changes.write_buffer(device, queue);
+                Some(ClipJob {
+                    cull: passes.cull.bind(volume, cache, device)?,
+                    listed: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
+                    clip: passes.clip.bind(volume, cache, device)?,
+                    brick_list: volume.bricks.brick_list.clone(),
+                    distances: passes.distances.bind(volume, cache, device)?,
+                })
+            }
+            None => None,
+        };
+        let [volume_group, bricks_group] = volume_groups(volume)?;
+        let marks = self.windows.into_iter();
         Some(VolumeJob {
-            volume_group: volume_bindings::compute_bind_group(volume, clip, formats, cache, device)?,
-            precompute,
-            carve,
+            volume_group,
+            bricks_group,
+            bricks: volume.bricks.bricks,
+            ranges: self.finds_ranges.then(|| passes.ranges.bind(&volume.bricks, cache, device)),
+            clip: clip_job,
+            marks: marks.filter_map(|window| passes.mark.bind(window, cache, device, queue)).collect(),
+            words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
+            cast: if self.casts {
+                passes.ray_cast.bind(volume, formats, counts, cache, device)
+            } else {
+                None
+            },
         })
     }
 }

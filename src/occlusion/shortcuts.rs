@@ -1,0 +1,83 @@
+//! Which work is left out because it cannot change the image.
+
+use bevy::prelude::*;
+
+/// Ways of leaving out work without changing a bit of the image. All are on; each can be switched off
+/// by itself, to see what it is worth or to suspect it of a fault.
+///
+/// With all of them off ([`Shortcuts::NONE`]) occlusion is computed as published: every frame visits
+/// every voxel and casts full rays from all that a carver affects.
+#[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct Shortcuts {
+    /// A frame in which nothing changed computes nothing. Off: clipping and occlusion are computed
+    /// in every frame.
+    pub rest: bool,
+    /// Only bricks near a carver that changed are clipped. Off: all voxels are visited.
+    pub lists: bool,
+    /// Only voxels that a view reads are cast. Off: all that can be read from anywhere.
+    pub demand: bool,
+    /// Without demand: only voxels next to something that is not transparent are cast. Off: all that
+    /// are not clipped away.
+    pub sampleable: bool,
+    /// Occlusion rays end where they leave the grid or nothing gets through any more.
+    pub early_end: bool,
+    /// Occlusion rays leap over what is empty.
+    pub leaps: bool,
+    /// View rays leap over what is empty.
+    pub draw_leaps: bool,
+    /// Clip tests ask only the carvers near a point. Off: all of them.
+    pub near_carvers: bool,
+}
+
+impl Shortcuts {
+    /// The algorithm as published.
+    pub const NONE: Self = Self {
+        rest: false,
+        lists: false,
+        demand: false,
+        sampleable: false,
+        early_end: false,
+        leaps: false,
+        draw_leaps: false,
+        near_carvers: false,
+    };
+}
+
+impl Shortcuts {
+    /// All by name.
+    pub const NAMES: [&str; 8] =
+        ["rest", "lists", "demand", "sampleable", "early_end", "leaps", "draw_leaps", "near_carvers"];
+
+    /// These, without the one of a name among [`Shortcuts::NAMES`]; `None` for any other name.
+    pub fn without(mut self, name: &str) -> Option<Self> {
+        let shortcut = match name {
+            "rest" => &mut self.rest,
+            "lists" => &mut self.lists,
+            "demand" => &mut self.demand,
+            "sampleable" => &mut self.sampleable,
+            "early_end" => &mut self.early_end,
+            "leaps" => &mut self.leaps,
+            "draw_leaps" => &mut self.draw_leaps,
+            "near_carvers" => &mut self.near_carvers,
+            _ => return None,
+        };
+        *shortcut = false;
+        Some(self)
+    }
+}
+
+impl Default for Shortcuts {
+    fn default() -> Self {
+        Self {
+            rest: true,
+            lists: true,
+            demand: true,
+            sampleable: true,
+            early_end: true,
+            leaps: true,
+            draw_leaps: true,
+            near_carvers: true,
+        }
+    }
+}

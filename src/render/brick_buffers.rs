@@ -1,0 +1,132 @@
+//! What a volume keeps on the device about its bricks and, as masks, about its voxels.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
+            BufferDescriptor, BufferUsages, PipelineCache, ShaderStages, binding_types::storage_buffer_sized,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::dispatch::brick_counts;
+use crate::{diagnostics::GpuUsage, volume::LookupTable};
+
+/// Words of a mask of voxels in a brick.
+const MASK_WORDS: u32 = 2;
+/// Masks of voxels (`voxel_masks.wgsl`).
+const MASKS: u32 = 3;
+/// Words before the items of a list (`work_list.wgsl`).
+const LIST_HEAD: u32 = 4;
+
+/// Buffers of one volume.
+pub(crate) struct BrickBuffers {
+    /// Number of bricks.
+    pub bricks: u32,
+    /// Lowest and highest intensity in each, 16 bits both.
+    pub ranges: Buffer,
+    /// Number of lookup table entries before each that have opacity.
+    pub opaque_before: Buffer,
+    /// A bit for every carver near each, modulo 32.
+    pub near_carvers: Buffer,
+    /// Distance from the nearest in which something may be seen.
+    pub distances: Buffer,
+    /// The same on the way there.
+    pub other_distances: Buffer,
+    /// Valid, pending, hidden voxels.
+    pub voxel_masks: Buffer,
+    /// Bricks to be clipped.
+    pub brick_list: Buffer,
+    /// Words of the mask of pending voxels in which there are some.
+    pub word_list: Buffer,
+}
+
+impl BrickBuffers {
+    pub fn new(dimensions: UVec3, device: &RenderDevice) -> Self {
+        let bricks = brick_counts(dimensions).element_product();
+        let buffer = |label, words: u32| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size: 4 * words as u64,
+                usage: BufferUsages::STORAGE
+                    | BufferUsages::COPY_DST
+                    | BufferUsages::COPY_SRC
+                    | BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            bricks,
+            ranges: buffer("contextual_ao_ranges", bricks),
+            opaque_before: buffer("contextual_ao_opaque_before", LookupTable::ENTRIES as u32 + 1),
+            near_carvers: buffer("contextual_ao_near_carvers", bricks),
+            distances: buffer("contextual_ao_distances", bricks),
+            other_distances: buffer("contextual_ao_other_distances", bricks),
+            voxel_masks: buffer("contextual_ao_voxel_masks", MASKS * MASK_WORDS * bricks),
+            brick_list: buffer("contextual_ao_brick_list", LIST_HEAD + bricks),
+            word_list: buffer("contextual_ao_word_list", LIST_HEAD + MASK_WORDS * bricks),
+        }
+    }
+
+    /// Empties a list, before a pass appends to it.
+    pub fn empty(list: &Buffer, queue: &RenderQueue) {
+        queue.write_buffer(list, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0]));
+    }
+
+    /// First byte and size of the mask of pending voxels.
+    pub fn pending(&self) -> (u64, u64) {
+        let bytes = self.voxel_masks.size() / MASKS as u64;
+        (bytes, bytes)
+    }
+
+    /// First byte and size of the mask of valid voxels.
+    pub fn valid(&self) -> (u64, u64) {
+        (0, self.voxel_masks.size() / MASKS as u64)
+    }
+
+    /// First byte and size of the mask of hidden voxels.
+    pub fn hidden(&self) -> (u64, u64) {
+        let (first, bytes) = self.pending();
+        (first + bytes, bytes)
+    }
+
+    pub fn usage(&self) -> GpuUsage {
+        let buffers = [
+            &self.ranges,
+            &self.opaque_before,
+            &self.near_carvers,
+            &self.distances,
+            &self.other_distances,
+            &self.voxel_masks,
+            &self.brick_list,
+            &self.word_list,
+        ];
+        let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
+        GpuUsage { buffers: buffers.len() as u32, bytes, ..default() }
+    }
+}
+
+/// The layout of group 2: a list, and the masks of voxels.
+pub(crate) fn work_layout() -> BindGroupLayoutDescriptor {
+    let written = storage_buffer_sized(false, None);
+    BindGroupLayoutDescriptor::new(
+        "contextual_ao_work",
+        &BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (written, written)),
+    )
+}
+
+/// Group 2 of a pass that appends to `list`.
+pub(crate) fn work_group(
+    bricks: &BrickBuffers,
+    list: &Buffer,
+    cache: &PipelineCache,
+    device: &RenderDevice,
+) -> BindGroup {
+    device.create_bind_group(
+        "contextual_ao_work",
+        &cache.get_bind_group_layout(&work_layout()),
+        &BindGroupEntries::sequential((list.as_entire_binding(), bricks.voxel_masks.as_entire_binding())),
+    )
+}

@@ -1,0 +1,62 @@
+// Bricks of 4x4x4 voxels: the grain in which passes find what they have to do. Voxels have one bit
+// each in masks of two words a brick.
+
+#define_import_path bevy_contextual_ao::bricks
+
+#import bevy_contextual_ao::volume_bindings::{lookup_entry, volume}
+
+fn brick_counts() -> vec3<u32> {
+    return (volume.dimensions + 3u) / 4u;
+}
+
+fn brick_at(index: u32) -> vec3<u32> {
+    let bricks = brick_counts();
+    return vec3(index % bricks.x, (index / bricks.x) % bricks.y, index / (bricks.x * bricks.y));
+}
+
+fn brick_index(brick: vec3<u32>) -> u32 {
+    let bricks = brick_counts();
+    return (brick.z * bricks.y + brick.y) * bricks.x + brick.x;
+}
+
+// The brick that contains a point (voxels, the grid being [0, dimensions]), or is next to it.
+fn brick_of_point(p: vec3<f32>) -> vec3<u32> {
+    return vec3<u32>(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5)) / 4u;
+}
+
+// Centre of a brick, volume space, mm.
+fn brick_center_mm(brick: vec3<u32>) -> vec3<f32> {
+    return (volume.local_from_voxel * vec4(4.0 * vec3<f32>(brick) + 1.5, 1.0)).xyz;
+}
+
+// Where masks hold a voxel: the word, and the place in it.
+fn mask_word(voxel: vec3<u32>) -> u32 {
+    return 2u * brick_index(voxel / 4u) + ((voxel.z >> 1u) & 1u);
+}
+
+fn mask_bit(voxel: vec3<u32>) -> u32 {
+    return 1u << (((voxel.z & 1u) << 4u) | ((voxel.y & 3u) << 2u) | (voxel.x & 3u));
+}
+
+// The voxel of a bit, relative to the brick's first voxel or, of an odd word, to its third layer.
+fn voxel_of_bit(bit: u32) -> vec3<u32> {
+    return vec3(bit & 3u, (bit >> 2u) & 3u, bit >> 4u);
+}
+
+fn voxel_of_word(word: u32) -> vec3<u32> {
+    return 4u * brick_at(word >> 1u) + vec3(0u, 0u, 2u * (word & 1u));
+}
+
+// Samples that a ray takes, from this one on, before it leaves what is known to be empty around a
+// point: `distance` is the Chebyshev distance, in bricks, to the nearest that is not; above 0. Point
+// and step in voxels. A point's trilinear footprint ends half a voxel before that of a brick, so
+// rounding is harmless.
+fn samples_in_empty(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
+    let brick = floor(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5) / 4.0);
+    let lower = 4.0 * (brick - f32(distance - 1u));
+    let upper = 4.0 * (brick + f32(distance));
+    let still = abs(step) < vec3(1e-6);
+    let bound = select(lower, upper, step > vec3(0.0));
+    let steps = select((bound - p) / select(step, vec3(1.0), still), vec3(1e6), still);
+    return u32(clamp(ceil(min(steps.x, min(steps.y, steps.z))), 1.0, 1e6));
+}

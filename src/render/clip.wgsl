@@ -1,0 +1,113 @@
+// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks listed by `cull`: the opacity of
+// every voxel after clipping, whether a drawn point can read it at all, and whether its occlusion is
+// stale because a carver that changed affects it, where it was or where it is.
+//
+// Two differences from algorithm 2: whether a voxel is affected is asked at its centre alone, because
+// the dilation maps contain the voxel's footprint; and a voxel counts as hidden only if one carver
+// removes all of that footprint, not if 9 samples say so: between them a probe, or the gap between
+// two carvers, may show points that read the voxel.
+
+#import bevy_contextual_ao::{
+    brick_bindings::near_carvers,
+    bricks::{brick_at, mask_bit},
+    clip_test::is_affected,
+    coverage::{clip_voxel, local_position},
+    emptiness::{is_brick_transparent, is_range_transparent},
+    occlusion_pass::{BRICK_CLIPS, QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, occlusion_pass},
+    volume_bindings::{Carver, classify_intensity, correct_opacity, intensities, volume},
+    voxel_masks::{HIDDEN, PENDING, VALID, mask_at, voxel_masks},
+    work_list::append,
+}
+
+@group(1) @binding(3) var<storage, read> changes: array<Carver>;
+// The list of bricks, from its head of four words on.
+@group(1) @binding(4) var<storage, read> bricks: array<u32>;
+#ifdef STORE_R8
+@group(1) @binding(5) var opacities: texture_storage_3d<r8unorm, write>;
+#else
+@group(1) @binding(5) var opacities: texture_storage_3d<rgba8unorm, write>;
+#endif
+
+// Of the brick's voxels, as masks: what a pass over them finds.
+var<workgroup> hidden: array<atomic<u32>, 2>;
+var<workgroup> stale: array<atomic<u32>, 2>;
+var<workgroup> queued: array<atomic<u32>, 2>;
+
+@compute @workgroup_size(4, 4, 4)
+fn clip(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = group.y * groups.x + group.x;
+    if index >= bricks[3] {
+        return;
+    }
+    let item = bricks[4u + index];
+    let brick = item & ~BRICK_CLIPS;
+    let clips = (item & BRICK_CLIPS) != 0u;
+    let voxel = 4u * brick_at(brick) + local;
+    let word = local.z >> 1u;
+    let bit = mask_bit(local);
+    if any(voxel >= volume.dimensions) {
+        atomicOr(&hidden[word], bit);
+    } else {
+        let position_mm = local_position(vec3<f32>(voxel));
+        var is_stale = occlusion_pass.is_all_stale != 0u;
+        for (var k = 0u; k < occlusion_pass.changes && !is_stale; k += 1u) {
+            is_stale = is_affected(changes[k], position_mm);
+        }
+        atomicOr(&stale[word], select(0u, bit, is_stale));
+        if clips {
+            let intensity = textureLoad(intensities, voxel, 0).r;
+            let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
+            let near = near_carvers[brick] | volume.tests_all_carvers;
+            let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
+            textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
+            let is_hidden = clipping.is_removed || is_brick_transparent(brick);
+            atomicOr(&hidden[word], select(0u, bit, is_hidden));
+            if is_stale && is_wanted(voxel, is_hidden) {
+                atomicOr(&queued[word], bit);
+            }
+        }
+    }
+    workgroupBarrier();
+    if lane < 2u {
+        let word = 2u * brick + lane;
+        if clips {
+            atomicStore(&voxel_masks[mask_at(HIDDEN, word)], atomicLoad(&hidden[lane]));
+        }
+        let valid = &voxel_masks[mask_at(VALID, word)];
+        let to_cast = atomicLoad(&queued[lane]);
+        atomicStore(valid, (atomicLoad(valid) & ~atomicLoad(&stale[lane])) | to_cast);
+        if to_cast != 0u {
+            atomicStore(&voxel_masks[mask_at(PENDING, word)], to_cast);
+            append(word);
+        }
+    }
+}
+
+// Whether a stale voxel is to be cast although no view asked for it.
+fn is_wanted(voxel: vec3<u32>, is_hidden: bool) -> bool {
+    switch occlusion_pass.queue {
+        case QUEUE_NONE: { return false; }
+        case QUEUE_ALL: { return true; }
+        case QUEUE_SAMPLEABLE: { return !is_hidden && is_sampleable(voxel); }
+        default: { return !is_hidden; }
+    }
+}
+
+// Whether any of the cells around a voxel has something in it that can be seen.
+fn is_sampleable(voxel: vec3<u32>) -> bool {
+    let last = vec3<i32>(volume.dimensions) - 1;
+    var lowest = 1.0;
+    var highest = 0.0;
+    for (var k = 0; k < 27; k += 1) {
+        let neighbor = vec3<i32>(voxel) + vec3(k % 3, (k / 3) % 3, k / 9) - 1;
+        let intensity = textureLoad(intensities, clamp(neighbor, vec3(0), last), 0).r;
+        lowest = min(lowest, intensity);
+        highest = max(highest, intensity);
+    }
+    return !is_range_transparent(lowest, highest);
+}

@@ -1,0 +1,80 @@
+// How far every brick is, in bricks and Chebyshev distance, from the nearest in which something
+// visible may be: so far rays may leap. Clipping removes, so what it hides is leapt over as well.
+//
+// The distance separates over the axes: first along x, then the distances found along y, then z.
+// Distances are capped, so each is a search that ends at the first that cannot be bettered.
+
+#import bevy_contextual_ao::{
+    bricks::{brick_at, brick_counts, brick_index},
+    emptiness::is_brick_transparent,
+    volume_bindings::volume,
+}
+
+@group(1) @binding(3) var<storage, read_write> found: array<u32>;
+#ifdef OCCUPY
+// Masks of hidden voxels come last of three.
+@group(1) @binding(4) var<storage, read> voxel_masks: array<u32>;
+#else
+@group(1) @binding(4) var<storage, read> along_other_axes: array<u32>;
+#endif
+
+// Farther is not looked, bricks.
+const FARTHEST: u32 = 15u;
+
+#ifdef OCCUPY
+// Whether any voxel that points of a brick read is not hidden.
+fn is_seen(brick: vec3<u32>) -> bool {
+    let bricks = vec3<i32>(brick_counts());
+    let hidden = arrayLength(&voxel_masks) / 3u * 2u;
+    for (var k = 0; k < 27; k += 1) {
+        let side = vec3(k % 3, (k / 3) % 3, k / 9) - 1;
+        let neighbor = vec3<i32>(brick) + side;
+        if any(neighbor < vec3(0)) || any(neighbor >= bricks) {
+            continue;
+        }
+        let word = hidden + 2u * brick_index(vec3<u32>(neighbor));
+        let layers = layers_facing(side);
+        let shown = vec2(~voxel_masks[word], ~voxel_masks[word + 1u]) & layers;
+        if any(shown != vec2(0u)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The voxels of the brick at a side of another that touch it, as a mask.
+fn layers_facing(side: vec3<i32>) -> vec2<u32> {
+    let x = select(select(0x88888888u, 0x11111111u, side.x > 0), 0xffffffffu, side.x == 0);
+    let y = select(select(0xf000f000u, 0x000f000fu, side.y > 0), 0xffffffffu, side.y == 0);
+    let below = select(select(0u, 0x0000ffffu, side.z > 0), 0xffffffffu, side.z == 0);
+    let above = select(select(0xffff0000u, 0u, side.z > 0), 0xffffffffu, side.z == 0);
+    return vec2(x & y & below, x & y & above);
+}
+#endif
+
+@compute @workgroup_size(64)
+fn find_distances(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    let bricks = brick_counts();
+    if index >= bricks.x * bricks.y * bricks.z {
+        return;
+    }
+#ifdef OCCUPY
+    found[index] = select(FARTHEST, 0u, !is_brick_transparent(index) && is_seen(brick_at(index)));
+#else
+    let place = brick_at(index)[#{AXIS}u];
+    let count = bricks[#{AXIS}u];
+    let strides = vec3(1u, bricks.x, bricks.x * bricks.y);
+    let stride = strides[#{AXIS}u];
+    var nearest = along_other_axes[index];
+    for (var k = 1u; k < nearest; k += 1u) {
+        if k <= place {
+            nearest = min(nearest, max(k, along_other_axes[index - k * stride]));
+        }
+        if place + k < count {
+            nearest = min(nearest, max(k, along_other_axes[index + k * stride]));
+        }
+    }
+    found[index] = nearest;
+#endif
+}

@@ -1,0 +1,25 @@
+// Which bricks are transparent whatever the carvers do: decided by the range of intensities around
+// a brick, because drawing classifies interpolated intensities (a cell can be visible although its
+// corners are transparent).
+
+#define_import_path bevy_contextual_ao::emptiness
+
+#import bevy_contextual_ao::volume_bindings::lookup_entry
+
+// Number of table entries before each that have opacity.
+@group(1) @binding(1) var<storage, read> opaque_before: array<u32>;
+// Lowest and highest intensity of the voxels that points of a brick read: 16 bits each.
+@group(1) @binding(2) var<storage, read> ranges: array<u32>;
+
+// Whether all intensities of a range, as textures give them, are transparent.
+fn is_range_transparent(lowest: f32, highest: f32) -> bool {
+    let last = f32(arrayLength(&opaque_before) - 2u);
+    let first = u32(clamp(floor(lookup_entry(lowest)), 0.0, last));
+    let end = u32(clamp(ceil(lookup_entry(highest)), 0.0, last)) + 1u;
+    return opaque_before[end] == opaque_before[first];
+}
+
+fn is_brick_transparent(brick: u32) -> bool {
+    let range = unpack2x16unorm(ranges[brick]);
+    return is_range_transparent(range.x, range.y);
+}

@@ -1,0 +1,100 @@
+//! What has changed since a volume's clipping was last computed.
+
+use crate::{
+    clip::CoverageRule,
+    occlusion::AmbientOcclusion,
+    render::{extract::ExtractedVolume, volume_uniform::CarverUniform},
+};
+
+/// What opacities and occlusion depend on, besides the volume itself.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Contents {
+    pub table_revision: u32,
+    pub occlusion: AmbientOcclusion,
+    pub coverage: CoverageRule,
+    /// The carvers that act, each with the revision of its maps.
+    pub carvers: Vec<(CarverUniform, u64)>,
+}
+
+impl Contents {
+    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
+        Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
+    }
+}
+
+/// The difference between two [`Contents`].
+#[derive(Debug, PartialEq)]
+pub(super) enum Changes {
+    /// Nothing that was computed holds.
+    All,
+    /// Some carvers, as they were and as they are: what none of them affects holds. None: all of it.
+    Carvers(Vec<CarverUniform>),
+}
+
+impl Changes {
+    pub fn between(old: Option<&Contents>, new: &Contents) -> Self {
+        let Some(old) = old else {
+            return Self::All;
+        };
+        let same = old.table_revision == new.table_revision
+            && old.occlusion == new.occlusion
+            && old.coverage == new.coverage;
+        if !same {
+            return Self::All;
+        }
+        let mut changed = Vec::new();
+        for &(carver, revision) in old.carvers.iter().filter(|carver| !new.carvers.contains(carver)) {
+            if new.carvers.iter().any(|(_, kept)| *kept == revision) {
+                changed.push(carver);
+            } else if let Some(region) = carver.region() {
+                changed.push(region);
+            } else {
+                return Self::All;
+            }
+        }
+        let came = new.carvers.iter().filter(|carver| !old.carvers.contains(carver));
+        changed.extend(came.map(|(carver, _)| *carver));
+        Self::Carvers(changed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clip::ClipOperation::{Intersect, Subtract};
+    use bevy::prelude::default;
+
+    fn contents(carvers: &[(CarverUniform, u64)]) -> Contents {
+        Contents { table_revision: 0, occlusion: default(), coverage: default(), carvers: carvers.to_vec() }
+    }
+
+    #[test]
+    fn a_moved_carver_changes_both_places_and_no_other() {
+        let rests = (CarverUniform::at(9.0, Intersect), 7);
+        let (from, to) = (CarverUniform::at(1.0, Subtract), CarverUniform::at(2.0, Subtract));
+        let old = contents(&[(from, 3), rests]);
+        let new = contents(&[(to, 3), rests]);
+        assert_eq!(Changes::between(Some(&old), &new), Changes::Carvers(vec![from, to]));
+        assert_eq!(Changes::between(Some(&new), &new), Changes::Carvers(vec![]));
+    }
+
+    #[test]
+    fn where_maps_are_gone_the_region_counts() {
+        let from = CarverUniform::at(1.0, Subtract);
+        let region = from.region().expect("a subtracting carver acts in a region");
+        let (old, gone) = (contents(&[(from, 3)]), contents(&[]));
+        assert_eq!(Changes::between(Some(&old), &gone), Changes::Carvers(vec![region]));
+        let redrawn = contents(&[(from, 4)]);
+        assert_eq!(Changes::between(Some(&old), &redrawn), Changes::Carvers(vec![region, from]));
+        let probe = contents(&[(CarverUniform::at(1.0, Intersect), 3)]);
+        assert_eq!(Changes::between(Some(&probe), &gone), Changes::All);
+    }
+
+    #[test]
+    fn settings_change_everything() {
+        let (old, mut new) = (contents(&[]), contents(&[]));
+        new.occlusion.steps += 1;
+        assert_eq!(Changes::between(Some(&old), &new), Changes::All);
+        assert_eq!(Changes::between(None, &old), Changes::All);
+    }
+}

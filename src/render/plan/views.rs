@@ -1,0 +1,119 @@
+//! Which views look at a volume, and through which pixels.
+
+use bevy::{
+    ecs::{query::QueryData, system::SystemParam},
+    math::Vec4Swizzles,
+    prelude::*,
+    render::{
+        camera::{ExtractedCamera, TemporalJitter},
+        sync_world::MainEntity,
+        view::{ExtractedView, RenderVisibleEntities},
+    },
+};
+
+use crate::render::{extract::ExtractedVolume, mark::WindowUniform};
+
+/// A view of the scene.
+#[derive(QueryData)]
+pub(crate) struct View {
+    view: &'static ExtractedView,
+    jitter: Option<&'static TemporalJitter>,
+    visible: &'static RenderVisibleEntities,
+}
+
+/// All views that draw volumes.
+#[derive(SystemParam)]
+pub(crate) struct Views<'w, 's> {
+    cameras: Query<'w, 's, View, With<ExtractedCamera>>,
+}
+
+impl Views<'_, '_> {
+    /// The windows onto a volume, of those views that show it.
+    pub fn windows(&self, volume: &ExtractedVolume) -> Vec<WindowUniform> {
+        self.cameras
+            .iter()
+            .filter(|view| shows(view.visible, volume.entity))
+            .filter_map(|view| window(view.view, view.jitter, volume))
+            .collect()
+    }
+}
+
+fn shows(visible: &RenderVisibleEntities, volume: MainEntity) -> bool {
+    visible.get::<Mesh3d>().is_some_and(|meshes| meshes.iter_visible().any(|(_, mesh)| *mesh == volume))
+}
+
+/// The pixels of a view in which a volume's box may be.
+fn window(
+    view: &ExtractedView,
+    jitter: Option<&TemporalJitter>,
+    volume: &ExtractedVolume,
+) -> Option<WindowUniform> {
+    let viewport = view.viewport.as_vec4();
+    let mut clip_from_view = view.clip_from_view;
+    if let Some(jitter) = jitter {
+        jitter.jitter_projection(&mut clip_from_view, viewport.zw());
+    }
+    let world_from_view = view.world_from_view.to_matrix();
+    let clip_from_local = clip_from_view * world_from_view.inverse() * Mat4::from(volume.world_from_local);
+    let (first, end) =
+        pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
+    (first.cmplt(end).all()).then(|| WindowUniform {
+        view_from_clip: clip_from_view.inverse(),
+        world_from_view,
+        viewport,
+        first,
+        end,
+    })
+}
+
+/// First and end pixel of a box's image, in a viewport given by origin and size.
+fn pixels_of_box(clip_from_local: Mat4, corners: [Vec3; 8], viewport: Vec4) -> (UVec2, UVec2) {
+    let (origin, size) = (viewport.xy(), viewport.zw());
+    let mut lower = Vec2::MAX;
+    let mut upper = Vec2::MIN;
+    for corner in corners {
+        let clip = clip_from_local * corner.extend(1.0);
+        if clip.w <= 0.0 || clip.z > clip.w {
+            // In front of the near plane: its image is anywhere.
+            (lower, upper) = (Vec2::ZERO, size);
+            break;
+        }
+        let place = (clip.xy() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * size;
+        lower = lower.min(place);
+        upper = upper.max(place);
+    }
+    // A pixel more on every side, for rounding.
+    let first = (origin + (lower - 1.0).floor().clamp(Vec2::ZERO, size)).as_uvec2();
+    let end = (origin + (upper + 1.0).ceil().clamp(Vec2::ZERO, size)).as_uvec2();
+    (first, end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: [Vec3; 8] = [
+        Vec3::new(-1.0, -1.0, -1.0),
+        Vec3::new(1.0, -1.0, -1.0),
+        Vec3::new(-1.0, 1.0, -1.0),
+        Vec3::new(1.0, 1.0, -1.0),
+        Vec3::new(-1.0, -1.0, 1.0),
+        Vec3::new(1.0, -1.0, 1.0),
+        Vec3::new(-1.0, 1.0, 1.0),
+        Vec3::new(1.0, 1.0, 1.0),
+    ];
+
+    #[test]
+    fn a_box_far_away_fills_few_pixels_and_one_around_the_camera_all() {
+        let projection = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
+        let viewport = Vec4::new(10.0, 20.0, 200.0, 200.0);
+        let far = projection * Mat4::from_translation(Vec3::new(0.0, 0.0, -50.0));
+        let (first, end) = pixels_of_box(far, UNIT, viewport);
+        assert!(first.x > 100 && end.x < 120 && first.y > 110 && end.y < 130, "{first} {end}");
+        let around = pixels_of_box(projection, UNIT, viewport);
+        assert_eq!(around, (UVec2::new(10, 20), UVec2::new(210, 220)));
+        let aside = projection * Mat4::from_translation(Vec3::new(500.0, 0.0, -50.0));
+        let (first, end) = pixels_of_box(aside, UNIT, viewport);
+        assert!(first.x >= end.x, "out of view: {first} {end}");
+    }
+}

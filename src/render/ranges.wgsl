@@ -1,0 +1,32 @@
+// The range of intensities around every brick, once per volume: of the voxels that points of the
+// brick read, which are its own and their neighbours.
+
+#import bevy_contextual_ao::{
+    bricks::{brick_at, brick_counts},
+    volume_bindings::{intensities, volume},
+}
+
+@group(1) @binding(0) var<storage, read_write> ranges: array<u32>;
+
+@compute @workgroup_size(64)
+fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    let bricks = brick_counts();
+    if index >= bricks.x * bricks.y * bricks.z {
+        return;
+    }
+    let first = vec3<i32>(4u * brick_at(index)) - 1;
+    let last = vec3<i32>(volume.dimensions) - 1;
+    var lowest = 1.0;
+    var highest = 0.0;
+    for (var k = 0; k < 216; k += 1) {
+        let voxel = first + vec3(k % 6, (k / 6) % 6, k / 36);
+        let intensity = textureLoad(intensities, clamp(voxel, vec3(0), last), 0).r;
+        lowest = min(lowest, intensity);
+        highest = max(highest, intensity);
+    }
+    // Outwards, but what 16 bits hold exactly stays as it is: rounded there are 1e-7 at most.
+    let range = vec2(floor(lowest * 65535.0 + 0.01), ceil(highest * 65535.0 - 0.01));
+    let bits = vec2<u32>(clamp(range, vec2(0.0), vec2(65535.0)));
+    ranges[index] = bits.x | (bits.y << 16u);
+}

@@ -1,0 +1,177 @@
+// View rays: where they run in a volume, and what they meet. Drawing shades what they meet; before
+// that, `mark` finds by the same steps which voxels drawing will read.
+//
+// Samples are classified after interpolation. Where a ray enters or leaves a carver, the cut is found
+// and sampled: the paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that
+// are known to be empty, and ask only the carvers near a sample whether it is clipped.
+//
+// No branch depends on uniforms alone: Mesa's software driver compiles such shaders anew in every
+// draw, and (22.3) never frees what it made.
+
+#define_import_path bevy_contextual_ao::view_ray
+
+#import bevy_contextual_ao::{
+    brick_bindings::{carvers_near, distance_at},
+    bricks::samples_in_empty,
+    clip_test::is_visible,
+    volume_bindings::{classify_intensity, edge_sampler, intensities, volume},
+}
+
+// A ray is finished when this much is accumulated.
+const OPAQUE: f32 = 0.99;
+// A cut is found to within this power of two of a step: less than a byte of shading.
+const CUT_HALVINGS: i32 = 6;
+// What a sample is: transparent, opaque, or opaque but clipped.
+const EMPTY: u32 = 0u;
+const VISIBLE: u32 = 1u;
+const CLIPPED: u32 = 2u;
+
+struct ViewRay {
+    // Where the ray starts on the near plane, volume space (mm), and its unit direction.
+    near: vec3<f32>,
+    direction: vec3<f32>,
+    // The same in texture coordinates; the direction still per mm.
+    origin: vec3<f32>,
+    velocity: vec3<f32>,
+    // Where it runs in the volume's box, mm from `near`; empty unless the first is less.
+    begin_mm: f32,
+    end_mm: f32,
+    // Place of its samples within their steps, 0 to 1.
+    offset: f32,
+}
+
+// Interleaved gradient noise (Jimenez 2014), [0, 1).
+fn noise(pixel: vec2<f32>) -> f32 {
+    return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}
+
+// The ray through the centre of a pixel.
+fn view_ray(
+    pixel: vec2<f32>,
+    viewport: vec4<f32>,
+    view_from_clip: mat4x4<f32>,
+    world_from_view: mat4x4<f32>,
+) -> ViewRay {
+    let ndc = (pixel - viewport.xy) / viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
+    let near_clip = view_from_clip * vec4(ndc, 1.0, 1.0);
+    let near_view = near_clip.xyz / near_clip.w;
+    // Parallel rays where the projection is orthographic, whose last row is that of the identity.
+    let is_parallel = view_from_clip[2].w == 0.0;
+    let direction_view = select(near_view, vec3(0.0, 0.0, -1.0), is_parallel);
+    let near = (volume.local_from_world * (world_from_view * vec4(near_view, 1.0))).xyz;
+    let direction =
+        normalize((volume.local_from_world * (world_from_view * vec4(direction_view, 0.0))).xyz);
+    let origin = (volume.texture_from_local * vec4(near, 1.0)).xyz;
+    let velocity = (volume.texture_from_local * vec4(direction, 0.0)).xyz;
+    // Where the ray crosses the planes of the box. One that is parallel to two planes does so never,
+    // or lies outside of them all along.
+    let still = abs(velocity) < vec3(1e-9);
+    let first = (select(vec3(0.0), vec3(1.0), velocity < vec3(0.0)) - origin) / velocity;
+    let second = (select(vec3(1.0), vec3(0.0), velocity < vec3(0.0)) - origin) / velocity;
+    let is_beside = still & ((origin < vec3(0.0)) | (origin > vec3(1.0)));
+    let entries = select(first, select(vec3(0.0), vec3(1e9), is_beside), still);
+    let exits = select(second, vec3(1e9), still);
+    var ray: ViewRay;
+    ray.near = near;
+    ray.direction = direction;
+    ray.origin = origin;
+    ray.velocity = velocity;
+    ray.begin_mm = max(0.0, max(entries.x, max(entries.y, entries.z)));
+    ray.end_mm = min(exits.x, min(exits.y, exits.z));
+    ray.offset = mix(0.5, noise(floor(pixel)), volume.jitter_share);
+    return ray;
+}
+
+// A piece of a ray with one colour and opacity, taken from a point.
+struct Slice {
+    sample: vec4<f32>,
+    // Texture coordinates.
+    p: vec3<f32>,
+    // Length in steps; 0: there is none.
+    steps: f32,
+}
+
+// How far a ray has been followed.
+struct March {
+    i: u32,
+    count: u32,
+    before: u32,
+    last: Slice,
+}
+
+fn begin_march(ray: ViewRay) -> March {
+    let count = ceil((ray.end_mm - ray.begin_mm) / volume.draw_step_mm - ray.offset);
+    return March(0u, u32(clamp(count, 0.0, 1e6)), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0));
+}
+
+fn classify(p: vec3<f32>) -> vec4<f32> {
+    return classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r);
+}
+
+// Whether no carver clips the point of a ray at a distance from `near`.
+fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
+    let point = (ray.origin + along_mm * ray.velocity) * vec3<f32>(volume.dimensions);
+    return is_visible(ray.near + along_mm * ray.direction, carvers_near(point));
+}
+
+// Where a ray is cut between a visible and a clipped point, given by their distances from `near`:
+// the last visible point found by halving.
+fn cut_between(ray: ViewRay, visible_at: f32, clipped_at: f32) -> f32 {
+    var visible_mm = visible_at;
+    var clipped_mm = clipped_at;
+    for (var k = 0; k < CUT_HALVINGS; k += 1) {
+        let middle_mm = 0.5 * (visible_mm + clipped_mm);
+        if is_visible_at(ray, middle_mm) {
+            visible_mm = middle_mm;
+        } else {
+            clipped_mm = middle_mm;
+        }
+    }
+    return visible_mm;
+}
+
+// The next piece of a ray in which there is something.
+fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
+    let dimensions = vec3<f32>(volume.dimensions);
+    let step_mm = volume.draw_step_mm;
+    let step = step_mm * ray.velocity * dimensions;
+    var slice = Slice(vec4(0.0), vec3(0.0), 0.0);
+    while (*march).i < (*march).count && slice.steps <= 0.0 {
+        var along = ray.begin_mm + (f32((*march).i) + ray.offset) * step_mm;
+        let point = (ray.origin + along * ray.velocity) * dimensions;
+        let distance = distance_at(point) * volume.draw_leaps;
+        if distance > 0u && (*march).before != VISIBLE {
+            // To the last sample in what is empty: the next needs to know what was before it.
+            let left = (*march).count - (*march).i;
+            (*march).i += min(left, samples_in_empty(point, step, distance)) - 1u;
+            along = ray.begin_mm + (f32((*march).i) + ray.offset) * step_mm;
+        }
+        let p = ray.origin + along * ray.velocity;
+        let sample = classify(p);
+        var now = EMPTY;
+        if sample.a > 0.0 {
+            now = select(CLIPPED, VISIBLE, is_visible_at(ray, along));
+        }
+        if (*march).before == VISIBLE {
+            // The sample before stands for the step from there to here, as far as it is not cut.
+            slice = (*march).last;
+            if now == CLIPPED {
+                slice.steps += (cut_between(ray, along - step_mm, along) - along) / step_mm;
+            }
+        } else if (*march).before == CLIPPED && now == VISIBLE {
+            // What is left of the step is sampled at the cut: surfaces stay where they are when a
+            // carver moves by less than a step, and are as smooth as the carver.
+            let cut_mm = cut_between(ray, along, along - step_mm);
+            let cut = ray.origin + cut_mm * ray.velocity;
+            slice = Slice(classify(cut), cut, (along - cut_mm) / step_mm);
+        }
+        (*march).before = now;
+        (*march).last = Slice(sample, p, 1.0);
+        (*march).i += 1u;
+    }
+    if slice.steps <= 0.0 && (*march).before == VISIBLE {
+        slice = (*march).last;
+        (*march).before = EMPTY;
+    }
+    return slice;
+}

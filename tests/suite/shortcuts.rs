@@ -1,0 +1,104 @@
+//! What is left out does not show: every shortcut, and all of them together, leave each bit of the image
+//! and of the occlusion as it is without them.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{diagnostics::Work, prelude::*};
+
+use crate::scene::{
+    TestScene, count_different, few_rays, folded_volume, in_world_units, opaque_ramp, translucent_ramp,
+};
+
+const SIZE: UVec3 = UVec3::new(38, 33, 29);
+
+fn scene(function: TransferFunction, spacing: DVec3, shortcuts: Shortcuts) -> TestScene {
+    TestScene::with(folded_volume(SIZE, spacing), function, few_rays(), ShadingMode::Cao, |app| {
+        app.insert_resource(shortcuts);
+    })
+}
+
+/// Carves with three shapes that move, and returns what is there at the end.
+fn carved(mut scene: TestScene) -> (Vec<Option<u8>>, Vec<u8>) {
+    let at = |x: f32, y: f32| Transform::from_xyz(x, y, 5.0).with_rotation(Quat::from_rotation_x(x));
+    let mut carve = |mesh: Mesh, clip_mesh| scene.carve(mesh, clip_mesh, at(9.0, 0.0));
+    let sphere = carve(Sphere::new(7.0).into(), ClipMesh::default());
+    let block = carve(Cuboid::new(8.0, 9.0, 30.0).into(), ClipMesh::default());
+    carve(Sphere::new(24.0).into(), ClipMesh::intersect());
+    scene.settle();
+    for step in 0..4 {
+        scene.move_carver(sphere, at(6.0 - 3.0 * step as f32, 4.0));
+        scene.move_carver(block, at(-4.0, 2.0 * step as f32));
+        scene.headless.frame();
+    }
+    (scene.occlusion(), scene.headless.image())
+}
+
+#[test]
+fn no_shortcut_changes_a_bit() {
+    for (name, function, spacing) in [
+        ("opaque", opaque_ramp(), DVec3::ONE),
+        ("translucent, anisotropic", translucent_ramp(), DVec3::new(1.0, 0.8, 1.9)),
+    ] {
+        let published = carved(scene(function.clone(), spacing, Shortcuts::NONE));
+        let all = (String::from("all shortcuts"), Shortcuts::default());
+        let each = Shortcuts::NAMES.iter().map(|without| {
+            let rest = Shortcuts::default().without(without).expect("a shortcut of that name");
+            (format!("all but {without}"), rest)
+        });
+        for (which, shortcuts) in each.chain([all]) {
+            let (occlusion, image) = carved(scene(function.clone(), spacing, shortcuts));
+            assert_eq!(count_different(&occlusion, &published.0), 0, "{name}, {which}");
+            assert!(image == published.1, "{name}, {which}: the image is not the same");
+        }
+    }
+}
+
+/// What a frame takes in which a carver moves.
+fn work_of_a_carve(shortcuts: Shortcuts) -> Work {
+    let mut scene = scene(opaque_ramp(), DVec3::ONE, shortcuts);
+    let at = |x| Transform::from_xyz(x, 6.0, 7.0);
+    let carver = scene.carve(Sphere::new(7.0), ClipMesh::default(), at(6.0));
+    scene.settle();
+    scene.headless.count_work(scene.volume, |world| {
+        world.entity_mut(carver).insert(in_world_units(at(5.0)));
+    })
+}
+
+#[test]
+fn shortcuts_save_samples() {
+    let published = work_of_a_carve(Shortcuts::NONE);
+    let all = work_of_a_carve(Shortcuts::default());
+    let steps_and_rays = u64::from(few_rays().steps * few_rays().pattern.rays());
+    assert_eq!(published.samples, published.voxels * steps_and_rays, "the published rays are full");
+    assert!(all.voxels > 0 && 2 * all.voxels < published.voxels, "{all:?} of {published:?}");
+    assert!(3 * all.samples < published.samples, "{all:?} of {published:?}");
+    for name in ["demand", "early_end", "leaps"] {
+        let shortcuts = Shortcuts::default().without(name).expect("a shortcut of that name");
+        let without = work_of_a_carve(shortcuts);
+        assert!(without.samples > all.samples, "without {name}: {without:?}, with all {all:?}");
+    }
+    let everywhere = Shortcuts { demand: false, sampleable: false, ..default() };
+    let sampleable = Shortcuts { demand: false, ..default() };
+    assert!(work_of_a_carve(everywhere).voxels > work_of_a_carve(sampleable).voxels);
+}
+
+#[test]
+fn a_view_casts_what_it_sees_and_has_not_seen() {
+    let mut scene = scene(opaque_ramp(), DVec3::ONE, Shortcuts::default());
+    scene.settle();
+    let first = scene.occlusion().iter().flatten().count();
+    let camera = scene.camera();
+    let (volume, size) = (scene.volume, SIZE.as_vec3().length());
+    let mut look_from = |direction: Vec3| {
+        let place = Transform::from_translation(direction * size).looking_at(Vec3::ZERO, Vec3::Y);
+        scene.headless.count_work(volume, |world| {
+            let place = Transform { scale: Vec3::ONE, ..in_world_units(place) };
+            world.entity_mut(camera).insert(place);
+        })
+    };
+    let aside = look_from(Vec3::new(0.62, 0.5, 1.2));
+    let behind = look_from(Vec3::new(-0.6, 0.5, -1.2));
+    let again = look_from(Vec3::new(0.62, 0.5, 1.2));
+    assert!((aside.voxels as usize) < first / 4, "a small step: {aside:?}, at first {first}");
+    assert!(behind.voxels > aside.voxels, "the other side: {behind:?}");
+    assert_eq!(again, Work::default(), "all of that had been seen");
+}
