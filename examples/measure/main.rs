@@ -83,7 +83,9 @@ struct Measurement<'a> {
 #[derive(Clone, Copy, Default)]
 struct FrameTimes {
     total: f64,
+    cull: f64,
     clip: f64,
+    distances: f64,
     mark: f64,
     cast: f64,
     draw: f64,
@@ -144,7 +146,9 @@ impl<'a> Measurement<'a> {
             "distances": work.distances,
             "frames": self.options.frames,
             "ms_total": median(|t| t.total),
+            "ms_cull": median(|t| t.cull),
             "ms_clip": median(|t| t.clip),
+            "ms_distances": median(|t| t.distances),
             "ms_mark": median(|t| t.mark),
             "ms_cast": median(|t| t.cast),
             "ms_draw": median(|t| t.draw),
@@ -186,11 +190,12 @@ impl<'a> Measurement<'a> {
     }
 
     fn read_pass_times(&self, times: &mut FrameTimes, mode: ShadingMode) {
-        let ms = |spans: &[&str]| spans.iter().map(|span| self.headless.pass_ms(span)).sum();
-        times.clip = ms(&[SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES]);
+        times.cull = self.headless.pass_ms(SPAN_CULL);
+        times.clip = self.headless.pass_ms(SPAN_CLIP);
+        times.distances = self.headless.pass_ms(SPAN_DISTANCES);
         if mode.uses_occlusion() {
-            times.mark = ms(&[SPAN_MARK]);
-            times.cast = ms(&[SPAN_RAY_CAST]);
+            times.mark = self.headless.pass_ms(SPAN_MARK);
+            times.cast = self.headless.pass_ms(SPAN_RAY_CAST);
         }
         times.draw = latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0);
     }
