@@ -8,7 +8,7 @@ use crate::volume::VolumeGeometry;
 /// How the ambient occlusion of a volume is computed (required by
 /// [`Volume3d`](crate::volume::Volume3d)).
 ///
-/// A change recomputes the occlusion of the whole volume, spread over several frames.
+/// A change recomputes the occlusion of all voxels that are seen, in the same frame.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct AmbientOcclusion {
@@ -98,7 +98,8 @@ pub enum ShadingMode {
     Solid,
     /// Blinn-Phong with a light at the camera; gradients of the clipped opacity.
     Phong,
-    /// Contextual ambient occlusion: only what a carver can have changed is recomputed.
+    /// Contextual ambient occlusion: only what a carver can have changed, and a view reads, is
+    /// recomputed.
     #[default]
     Cao,
     /// Blinn-Phong, and its ambient and diffuse parts darkened by contextual ambient occlusion.

@@ -3,7 +3,7 @@
 
 #define_import_path bevy_contextual_ao::bricks
 
-#import bevy_contextual_ao::volume_bindings::{lookup_entry, volume}
+#import bevy_contextual_ao::volume_bindings::volume
 
 fn brick_counts() -> vec3<u32> {
     return (volume.dimensions + 3u) / 4u;
@@ -47,11 +47,10 @@ fn voxel_of_word(word: u32) -> vec3<u32> {
     return 4u * brick_at(word >> 1u) + vec3(0u, 0u, 2u * (word & 1u));
 }
 
-// Samples that a ray takes, from this one on, before it leaves what is known to be empty around a
-// point: `distance` is the Chebyshev distance, in bricks, to the nearest that is not; above 0. Point
-// and step in voxels. A point's trilinear footprint ends half a voxel before that of a brick, so
-// rounding is harmless.
-fn samples_in_empty(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
+// Samples that a ray takes, from this one on, before it leaves the bricks that are nearer than
+// `distance` (above 0; bricks, Chebyshev) to that of the point. Point and step in voxels. Where these
+// are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
+fn samples_within(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
     let brick = floor(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5) / 4.0);
     let lower = 4.0 * (brick - f32(distance - 1u));
     let upper = 4.0 * (brick + f32(distance));

@@ -9,7 +9,7 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
-    bricks::{samples_in_empty, voxel_of_bit, voxel_of_word},
+    bricks::{samples_within, voxel_of_bit, voxel_of_word},
     occlusion_pass::occlusion_pass,
     volume_bindings::volume,
 }
@@ -70,57 +70,59 @@ fn opacity_at(p: vec3<f32>) -> f32 {
 #endif
 }
 
+// Samples of a ray (voxels) before it leaves what the grid's outermost voxels reach, for good: rays
+// start in the grid. Rounding may add one; it samples what is transparent.
+fn samples_in_grid(start: vec3<f32>, step: vec3<f32>) -> u32 {
+    let moving = abs(step) > vec3(1e-6);
+    let bound = select(vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51, step > vec3(0.0));
+    let samples = select(vec3(1e6), (bound - start) / select(vec3(1.0), step, moving), moving);
+    return u32(clamp(ceil(min(samples.x, min(samples.y, samples.z))), 0.0, 1e6));
+}
+
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
 fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
+    let voxel_step = step * dimensions;
+    let steps = occlusion_pass.steps;
+    var end = steps;
+    if occlusion_pass.ends_early != 0u {
+        end = min(end, samples_in_grid(start * dimensions, voxel_step));
+    }
     var transmittance = 1.0;
     // In whole units; of the voxel itself, 1.
     var unit = u32(1.0 / TRANSMITTANCE_UNIT);
     var sum = unit;
-#ifdef COUNT_WORK
-    var taken = 0u;
-    var read = 0u;
-#endif
-    for (var i = 0u; i < occlusion_pass.steps; i += 1u) {
+    var i = 0u;
+    while i < end {
         let p = start + f32(i) * step;
-        let point = p * dimensions;
-        let left = occlusion_pass.steps - i;
-        if occlusion_pass.ends_early != 0u && (any(point <= vec3(-0.5)) || any(point >= dimensions + 0.5)) {
-            // Outside the grid, and for good: rays start in it.
-            sum += left * unit;
-            break;
-        }
         if occlusion_pass.leaps != 0u {
+            let point = p * dimensions;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
-            read += 1u;
+            atomicAdd(&distances_read, 1u);
 #endif
             if distance > 0u {
-                let passed = min(left, samples_in_empty(point, step * dimensions, distance));
+                let passed = min(end - i, samples_within(point, voxel_step, distance));
                 sum += passed * unit;
-                i += passed - 1u;
+                i += passed;
                 continue;
             }
         }
         transmittance *= 1.0 - opacity_at(p);
 #ifdef COUNT_WORK
-        taken += 1u;
+        atomicAdd(&samples_taken, 1u);
 #endif
         if transmittance < OPAQUE {
             transmittance = 0.0;
-            unit = 0u;
-            if occlusion_pass.ends_early != 0u {
-                break;
-            }
+            end = select(end, i + 1u, occlusion_pass.ends_early != 0u);
         }
         unit = u32(transmittance / TRANSMITTANCE_UNIT + 0.5);
         sum += unit;
+        i += 1u;
     }
-#ifdef COUNT_WORK
-    atomicAdd(&samples_taken, taken);
-    atomicAdd(&distances_read, read);
-#endif
-    return f32(sum) * TRANSMITTANCE_UNIT / f32(occlusion_pass.steps + 1u);
+    // What is left of the ray lets through what came so far.
+    sum += (steps - i) * unit;
+    return f32(sum) * TRANSMITTANCE_UNIT / f32(steps + 1u);
 }
 
 @compute @workgroup_size(WIDTH)
@@ -140,15 +142,20 @@ fn ray_cast(
         voxels[countOneBits(extractBits(pending, 0u, lane))] = lane;
     }
     workgroupBarrier();
+    // An invocation keeps to one voxel and shares its rays with `team` - 1 others.
     let first = voxel_of_word(word);
-    for (var pair = lane; pair < count_of_voxels * occlusion_pass.rays; pair += WIDTH) {
-        let ray = pair / count_of_voxels;
-        let place = pair % count_of_voxels;
+    let team = WIDTH / max(count_of_voxels, 1u);
+    if lane < team * count_of_voxels {
+        let place = lane % count_of_voxels;
         let voxel = first + voxel_of_bit(voxels[place]);
         let center = (vec3<f32>(voxel) + 0.5) / vec3<f32>(volume.dimensions);
-        let start = rays[2u * ray];
-        let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
-        atomicAdd(&sums[place], u32(factor / FACTOR_UNIT + 0.5));
+        var sum = 0u;
+        for (var ray = lane / count_of_voxels; ray < occlusion_pass.rays; ray += team) {
+            let start = rays[2u * ray];
+            let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
+            sum += u32(factor / FACTOR_UNIT + 0.5);
+        }
+        atomicAdd(&sums[place], sum);
     }
     workgroupBarrier();
     if lane < count_of_voxels {

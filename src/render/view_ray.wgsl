@@ -12,7 +12,7 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
-    bricks::samples_in_empty,
+    bricks::samples_within,
     clip_test::is_visible,
     volume_bindings::{classify_intensity, edge_sampler, intensities, volume},
 }
@@ -143,7 +143,7 @@ fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
         if distance > 0u && (*march).before != VISIBLE {
             // To the last sample in what is empty: the next needs to know what was before it.
             let left = (*march).count - (*march).i;
-            (*march).i += min(left, samples_in_empty(point, step, distance)) - 1u;
+            (*march).i += min(left, samples_within(point, step, distance)) - 1u;
             along = ray.begin_mm + (f32((*march).i) + ray.offset) * step_mm;
         }
         let p = ray.origin + along * ray.velocity;

@@ -35,11 +35,12 @@ pub struct Volume3d(pub Handle<Volume>);
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 
-/// How much of what the shading of a [`Volume3d`] needs has been computed: 0 to 1.
+/// Whether all that the shading of a [`Volume3d`] needs is there: 1, or 0 while the volume, the shaders or
+/// the meshes of its carvers are on their way to the device.
 ///
-/// Starts anew when the volume, its transfer function or its [`AmbientOcclusion`] change. A carver
-/// that moves does not lower it: what it changes is computed in the same frame. One with a new mesh
-/// does, for the frames until it is known how many layers the mesh has.
+/// What is computed is computed in the frame that shows it: changes of the transfer function, of
+/// [`AmbientOcclusion`] or of a carver's pose do not lower it for longer than a frame. A carver with a new
+/// mesh does, for the frames until it is known how many layers the mesh has.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionProgress(pub f32);
