@@ -14,14 +14,15 @@ use bevy::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, Extent3d,
-            MapMode, PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat,
-            TextureUsages,
+            Buffer, BufferDescriptor, BufferUsages, CachedPipelineState, CommandEncoder,
+            CommandEncoderDescriptor, Extent3d, MapMode, PipelineCache, PollType, TexelCopyBufferInfo,
+            TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
         settings::{Backends, WgpuSettings},
         texture::GpuImage,
     },
+    shader::ShaderCacheError,
     window::ExitCondition,
     winit::WinitPlugin,
 };
@@ -156,6 +157,9 @@ impl Headless {
             if let Some(error) = self.app.world().resource::<Failures>().0.first() {
                 return Err(error.clone());
             }
+            if let Some(error) = self.pipeline_error() {
+                return Err(error);
+            }
             if self.is_ready(volume) {
                 self.set_cameras_active(true);
                 self.frame();
@@ -170,6 +174,19 @@ impl Headless {
         for mut camera in world.query::<&mut Camera>().iter_mut(world) {
             camera.is_active = is_active;
         }
+    }
+
+    /// What is wrong with a shader, if anything.
+    fn pipeline_error(&self) -> Option<String> {
+        let cache = self.render_world().resource::<PipelineCache>();
+        cache.pipelines().find_map(|pipeline| match &pipeline.state {
+            // Others are about shaders that are still being read.
+            CachedPipelineState::Err(error @ ShaderCacheError::ProcessShaderError(_))
+            | CachedPipelineState::Err(error @ ShaderCacheError::CreateShaderModule(_)) => {
+                Some(error.to_string())
+            }
+            _ => None,
+        })
     }
 
     fn is_ready(&self, volume: Entity) -> bool {

@@ -86,3 +86,50 @@ fn is_in_dilation(carver: Carver, p: vec3<f32>) -> vec2<bool> {
     }
     return is_in;
 }
+
+// Of the voxels in a box: whether a carver may affect any, and whether it removes all.
+struct BoxClipping {
+    affects_some: bool,
+    removes_all: bool,
+}
+
+// The same tests for all points of a box in volume space (mm) that is given by its centre and three half
+// edges. More texels than a few are not looked at: then it may affect some.
+fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxClipping {
+    const MOST_TEXELS: i32 = 10;
+    let unknown = BoxClipping(is_near(carver, center_mm, volume.brick_radius_mm + volume.reach_mm), false);
+    if carver.operation == OPERATION_REGION {
+        return unknown;
+    }
+    let rows = mat3x3(carver.clip_from_local[0].xyz, carver.clip_from_local[1].xyz, carver.clip_from_local[2].xyz);
+    let edges = transpose(rows) * half_mm;
+    let half = abs(edges[0]) + abs(edges[1]) + abs(edges[2]);
+    let p = to_clip_map(carver, center_mm);
+    let first = floor(((p.xy - half.xy) * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size);
+    let last = floor(((p.xy + half.xy) * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size);
+    let limit = volume.dilation_map_size - 1.0;
+    let is_inside_map = all(first >= vec2(0.0)) && all(last <= vec2(limit));
+    let low = vec2<i32>(clamp(first, vec2(0.0), vec2(limit)));
+    let high = vec2<i32>(clamp(last, vec2(0.0), vec2(limit)));
+    if any(high - low >= vec2(MOST_TEXELS)) {
+        return unknown;
+    }
+    // Points in the inflated mesh: any; in the shrunk mesh: all.
+    var some_inflated = false;
+    var all_shrunk = is_inside_map;
+    for (var y = low.y; y <= high.y; y += 1) {
+        for (var x = low.x; x <= high.x; x += 1) {
+            var is_in_shrunk = false;
+            for (var layer = carver.first_layer; layer < carver.end_layer; layer += 1u) {
+                let bounds = textureLoad(dilation_maps, vec2(x, y), layer, 0);
+                some_inflated |= bounds.x < p.z + half.z && p.z - half.z < bounds.y;
+                is_in_shrunk |= bounds.z < p.z - half.z && p.z + half.z < bounds.w;
+            }
+            all_shrunk &= is_in_shrunk;
+        }
+    }
+    if carver.operation == OPERATION_INTERSECT {
+        return BoxClipping(!all_shrunk, !some_inflated);
+    }
+    return BoxClipping(some_inflated, all_shrunk);
+}

@@ -4,7 +4,7 @@
 
 #import bevy_contextual_ao::{
     bricks::{brick_at, brick_center_mm, brick_counts},
-    clip_test::is_near,
+    clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
     occlusion_pass::{BRICK_CLIPS, QUEUE_NONE, occlusion_pass},
     volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, carvers, volume},
@@ -24,7 +24,6 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     let center_mm = brick_center_mm(brick_at(index));
     let clips_mm = volume.brick_radius_mm + volume.footprint_mm;
-    let affects_mm = volume.brick_radius_mm + volume.reach_mm;
     var near = 0u;
     for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
         near |= u32(is_near(carvers[i], center_mm, clips_mm)) << (i & 31u);
@@ -37,10 +36,23 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     if !is_listed && is_brick_transparent(index) {
         return;
     }
+    // Voxel centres are up to 1.5 voxels from the middle of a brick.
+    let half_mm = 1.5 * mat3x3(
+        volume.local_from_voxel[0].xyz,
+        volume.local_from_voxel[1].xyz,
+        volume.local_from_voxel[2].xyz,
+    );
+    var is_affected = false;
+    // By what was, and by what is.
+    var is_hidden = vec2(false);
     for (var k = 0u; k < occlusion_pass.changes; k += 1u) {
-        is_listed |= is_near(changes[k], center_mm, affects_mm);
+        let clipping = clip_box(changes[k], center_mm, half_mm);
+        is_affected |= clipping.affects_some;
+        let is_past = k < occlusion_pass.past_changes;
+        is_hidden |= vec2(clipping.removes_all) & vec2(is_past, !is_past);
         clips |= is_near(changes[k], center_mm, clips_mm);
     }
+    is_listed |= is_affected && !all(is_hidden);
     if is_listed {
         append(index | select(0u, BRICK_CLIPS, clips));
     }

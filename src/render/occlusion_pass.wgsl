@@ -9,8 +9,9 @@ struct OcclusionPass {
     is_all_stale: u32,
     // QUEUE_*
     queue: u32,
-    // Carvers in `changes`.
+    // Carvers in `changes`, and how many of them, the first, are as they were.
     changes: u32,
+    past_changes: u32,
     // COVERAGE_*
     coverage: u32,
     rays: u32,

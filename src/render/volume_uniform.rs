@@ -202,6 +202,7 @@ pub(crate) struct OcclusionPassUniform {
     pub is_all_stale: u32,
     pub queue: u32,
     pub changes: u32,
+    pub past_changes: u32,
     pub coverage: u32,
     pub rays: u32,
     pub steps: u32,
@@ -267,7 +268,7 @@ mod tests {
     fn rust_and_wgsl_agree() {
         assert_eq!(rust_layout::<VolumeUniform, 19>(), wgsl_layout("VolumeUniform"));
         assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout("Carver"));
-        assert_eq!(rust_layout::<OcclusionPassUniform, 9>(), wgsl_layout("OcclusionPass"));
+        assert_eq!(rust_layout::<OcclusionPassUniform, 10>(), wgsl_layout("OcclusionPass"));
         let (bindings, pass) = (include_str!("volume_bindings.wgsl"), include_str!("occlusion_pass.wgsl"));
         for (shader, name, value) in [
             (bindings, "MAX_CARVERS", MAX_CARVERS as u32),

@@ -27,8 +27,8 @@ impl Contents {
 pub(super) enum Changes {
     /// Nothing that was computed holds.
     All,
-    /// Some carvers, as they were and as they are: what none of them affects holds. None: all of it.
-    Carvers(Vec<CarverUniform>),
+    /// Some carvers, as they were and as they are: what none of them affects holds.
+    Carvers { past: Vec<CarverUniform>, present: Vec<CarverUniform> },
 }
 
 impl Changes {
@@ -42,19 +42,18 @@ impl Changes {
         if !same {
             return Self::All;
         }
-        let mut changed = Vec::new();
+        let mut past = Vec::new();
         for &(carver, revision) in old.carvers.iter().filter(|carver| !new.carvers.contains(carver)) {
             if new.carvers.iter().any(|(_, kept)| *kept == revision) {
-                changed.push(carver);
+                past.push(carver);
             } else if let Some(region) = carver.region() {
-                changed.push(region);
+                past.push(region);
             } else {
                 return Self::All;
             }
         }
         let came = new.carvers.iter().filter(|carver| !old.carvers.contains(carver));
-        changed.extend(came.map(|(carver, _)| *carver));
-        Self::Carvers(changed)
+        Self::Carvers { past, present: came.map(|(carver, _)| *carver).collect() }
     }
 }
 
@@ -68,14 +67,18 @@ mod tests {
         Contents { table_revision: 0, occlusion: default(), coverage: default(), carvers: carvers.to_vec() }
     }
 
+    fn carvers(past: &[CarverUniform], present: &[CarverUniform]) -> Changes {
+        Changes::Carvers { past: past.to_vec(), present: present.to_vec() }
+    }
+
     #[test]
     fn a_moved_carver_changes_both_places_and_no_other() {
         let rests = (CarverUniform::at(9.0, Intersect), 7);
         let (from, to) = (CarverUniform::at(1.0, Subtract), CarverUniform::at(2.0, Subtract));
         let old = contents(&[(from, 3), rests]);
         let new = contents(&[(to, 3), rests]);
-        assert_eq!(Changes::between(Some(&old), &new), Changes::Carvers(vec![from, to]));
-        assert_eq!(Changes::between(Some(&new), &new), Changes::Carvers(vec![]));
+        assert_eq!(Changes::between(Some(&old), &new), carvers(&[from], &[to]));
+        assert_eq!(Changes::between(Some(&new), &new), carvers(&[], &[]));
     }
 
     #[test]
@@ -83,9 +86,9 @@ mod tests {
         let from = CarverUniform::at(1.0, Subtract);
         let region = from.region().expect("a subtracting carver acts in a region");
         let (old, gone) = (contents(&[(from, 3)]), contents(&[]));
-        assert_eq!(Changes::between(Some(&old), &gone), Changes::Carvers(vec![region]));
+        assert_eq!(Changes::between(Some(&old), &gone), carvers(&[region], &[]));
         let redrawn = contents(&[(from, 4)]);
-        assert_eq!(Changes::between(Some(&old), &redrawn), Changes::Carvers(vec![region, from]));
+        assert_eq!(Changes::between(Some(&old), &redrawn), carvers(&[region], &[from]));
         let probe = contents(&[(CarverUniform::at(1.0, Intersect), 3)]);
         assert_eq!(Changes::between(Some(&probe), &gone), Changes::All);
     }

@@ -57,12 +57,16 @@ impl VolumeResources {
             Changes::between(state.contents.as_ref(), &contents)
         };
         let is_all_stale = changes == Changes::All;
-        let changes = match changes {
-            Changes::All => Some(Vec::new()),
-            Changes::Carvers(changed) if !changed.is_empty() => Some(changed),
-            // As if all had changed, to what they are.
-            _ if !shortcuts.rest => Some(contents.carvers.iter().map(|(carver, _)| *carver).collect()),
-            _ => None,
+        let all_carvers = || contents.carvers.iter().map(|(carver, _)| *carver);
+        let (changes, past) = match changes {
+            Changes::All => (Some(Vec::new()), 0),
+            Changes::Carvers { past, present } if !past.is_empty() || !present.is_empty() => {
+                let count = past.len();
+                (Some(past.into_iter().chain(present).collect()), count)
+            }
+            // As if all had just come.
+            _ if !shortcuts.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
+            _ => (None, 0),
         };
         let follows_views = mode.uses_occlusion() && queue == Queue::None;
         let all_views = changes.is_some() || looks_different || !shortcuts.rest;
@@ -73,6 +77,7 @@ impl VolumeResources {
             is_all_stale: is_all_stale.into(),
             queue: queue as u32,
             changes: changes.as_ref().map_or(0, |changes| changes.len() as u32),
+            past_changes: past as u32,
             coverage: contents.coverage as u32,
             rays: volume.occlusion.pattern.rays(),
             steps: volume.occlusion.steps,
