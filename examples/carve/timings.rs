@@ -4,7 +4,9 @@ use bevy::{
     diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
     prelude::*,
 };
-use bevy_contextual_ao::diagnostics::{RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, latest_gpu_ms};
+use bevy_contextual_ao::diagnostics::{
+    GpuUsage, RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, latest_gpu_ms,
+};
 use bevy_egui::egui::{Grid, Ui};
 use std::time::{Duration, Instant};
 
@@ -67,7 +69,8 @@ pub fn show(
     by_clock.set_if_neq(TimePassesByClock(is_by_clock));
     let usage = status.usage;
     let mib = usage.bytes as f64 / BYTES_PER_MIB;
-    ui.label(format!("{} textures of {mib:.1} MiB on the GPU", usage.textures));
+    let GpuUsage { textures, buffers, .. } = usage;
+    ui.label(format!("{textures} textures and {buffers} buffers of {mib:.1} MiB on the GPU"));
     if let Some(fps) = fps {
         ui.label(format!("{fps:.1} frames per second"));
     }

@@ -67,7 +67,7 @@ fn clip(
             textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
             let is_hidden = clipping.is_removed || is_brick_transparent(brick);
             atomicOr(&hidden[word], select(0u, bit, is_hidden));
-            if is_stale && is_wanted(voxel, is_hidden) {
+            if is_stale && is_wanted(voxel, clipping.is_removed) {
                 atomicOr(&queued[word], bit);
             }
         }
@@ -89,12 +89,12 @@ fn clip(
 }
 
 // Whether a stale voxel is to be cast although no view asked for it.
-fn is_wanted(voxel: vec3<u32>, is_hidden: bool) -> bool {
+fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     switch occlusion_pass.queue {
         case QUEUE_NONE: { return false; }
         case QUEUE_ALL: { return true; }
-        case QUEUE_SAMPLEABLE: { return !is_hidden && is_sampleable(voxel); }
-        default: { return !is_hidden; }
+        case QUEUE_SAMPLEABLE: { return !is_removed && is_sampleable(voxel); }
+        default: { return !is_removed; }
     }
 }
 

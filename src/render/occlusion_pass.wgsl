@@ -22,7 +22,7 @@ struct OcclusionPass {
 }
 
 // Which stale voxels are cast without being asked for by a view: none; those that some point of a
-// visible cell reads; those that are not hidden; all.
+// visible cell reads; those that no carver removes; all.
 const QUEUE_NONE: u32 = 0u;
 const QUEUE_SAMPLEABLE: u32 = 1u;
 const QUEUE_VISIBLE: u32 = 2u;

@@ -48,6 +48,7 @@ impl VolumeUniform {
         largest_stored: f64,
         has_occlusion: bool,
         [depth_map_size, dilation_map_size]: [u32; 2],
+        carvers: usize,
         shortcuts: &Shortcuts,
     ) -> Self {
         let geometry = &volume.geometry;
@@ -77,10 +78,15 @@ impl VolumeUniform {
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
             footprint_mm: AmbientOcclusion::footprint_mm(geometry) as f32,
-            tests_all_carvers: if shortcuts.near_carvers { 0 } else { u32::MAX },
+            tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
         }
     }
+}
+
+/// The bits, modulo 32, of so many carvers.
+fn bits_of(carvers: usize) -> u32 {
+    if carvers < 32 { (1 << carvers) - 1 } else { u32::MAX }
 }
 
 /// One carver as one volume sees it, as `Carver` in WGSL.

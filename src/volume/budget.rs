@@ -185,3 +185,20 @@ pub(super) fn fit_volumes(
         commands.entity(entity).try_remove::<ShownVolume>();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_volume_beyond_the_largest_buffer_is_refused_by_name() {
+        let size = VolumeSize { dimensions: UVec3::splat(512), bytes_per_intensity: 1 };
+        let small = WgpuLimits { max_storage_buffer_binding_size: 1 << 20, ..default() };
+        let budget = VolumeBudget::default();
+        let refused = budget.check(size, &small).expect_err("its masks have 48 MiB");
+        assert!(refused.contains("buffer of 50331648 bytes"), "{refused}");
+        let fits = budget.halvings(size, &small).expect("a quarter fits");
+        assert_eq!(fits, (2, UVec3::splat(128)));
+        assert_eq!(budget.check(size, &WgpuLimits::default()), Ok(()));
+    }
+}

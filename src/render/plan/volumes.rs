@@ -103,7 +103,7 @@ pub(crate) fn plan_volumes(
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
         let largest = resources.largest_stored;
-        let uniform = VolumeUniform::new(volume, largest, are_ready, sizes, &scene.shortcuts);
+        let uniform = VolumeUniform::new(volume, largest, are_ready, sizes, carvers.len(), &scene.shortcuts);
         let looks_different = write_if_changed(&mut resources.uniform, uniform, device, queue);
         write_if_changed(&mut resources.carvers, table, device, queue);
         // Until all carvers carve, nothing is final.
@@ -181,9 +181,6 @@ impl Work {
         let VolumePasses { formats, cache, device, queue, .. } = passes;
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
-        let volume_groups = |volume: &VolumeResources| {
-            volume_bindings::compute_bind_groups(volume, clip, formats, cache, device)
-        };
         BrickBuffers::empty(&volume.bricks.word_list, queue);
         let clip_job = match self.changes {
             Some(mut changes) => {
@@ -202,7 +199,8 @@ impl Work {
             }
             None => None,
         };
-        let [volume_group, bricks_group] = volume_groups(volume)?;
+        let [volume_group, bricks_group] =
+            volume_bindings::compute_bind_groups(volume, clip, formats, cache, device)?;
         let marks = self.windows.into_iter();
         Some(VolumeJob {
             volume_group,
