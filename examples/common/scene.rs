@@ -1,14 +1,20 @@
-//! Scenes from command-line options.
+//! Scenes, from command-line options and otherwise.
 
-use bevy::{mesh::CylinderMeshBuilder, prelude::*};
+use bevy::prelude::*;
 use bevy_contextual_ao::{
     prelude::*,
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM, read_volume_file},
 };
 use clap::Args;
-use std::{path::PathBuf, str::FromStr};
+use std::path::PathBuf;
 
-use super::headless::{Headless, project_folder};
+use super::{
+    carver::{Carver, parse_numbers},
+    headless::{Headless, project_folder},
+};
+
+/// The colour of ramps.
+pub const BONE: [f32; 3] = [0.95, 0.9, 0.82];
 
 /// What is shown, and from where.
 #[derive(Args, Clone, Debug)]
@@ -52,17 +58,69 @@ pub struct SceneOptions {
     pub jitter: bool,
 }
 
+/// What a scene is made of.
+pub struct SceneParts {
+    /// The name used in figures.
+    pub name: String,
+    pub volume: Volume,
+    /// One guessed from the volume's histogram, where there is none.
+    pub transfer_function: Option<TransferFunction>,
+    pub occlusion: AmbientOcclusion,
+    pub shading: VolumeShading,
+    pub carvers: Vec<Carver>,
+    /// Where the camera is, mm from the volume's centre, which it looks at.
+    pub camera: Vec3,
+    /// Vertical field of view, degrees.
+    pub fov: f32,
+}
+
 /// The entities of a scene.
 pub struct Scene {
     pub volume: Entity,
+    pub camera: Entity,
     pub carvers: Vec<Entity>,
     /// Where the camera looks from.
     pub view: Transform,
     pub voxels: u64,
+    /// Where its voxels are.
+    pub geometry: VolumeGeometry,
     /// Smallest voxel spacing, mm.
     pub voxel_mm: f32,
     /// The volume file's name, or `head_phantom`.
     pub name: String,
+}
+
+impl SceneParts {
+    /// Spawns everything.
+    pub fn spawn(self, headless: &mut Headless) -> Scene {
+        let (name, voxels, geometry) =
+            (self.name, self.volume.voxel_count(), VolumeGeometry::of(&self.volume));
+        let voxel_mm = self.volume.spacing_mm().min_element();
+        let view = view_from(self.camera);
+        let camera = headless.camera();
+        let world = headless.app.world_mut();
+        let mut bundle = VolumeBundle::new(world.resource_mut::<Assets<Volume>>().add(self.volume));
+        if let Some(function) = self.transfer_function {
+            let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
+            bundle = bundle.with_transfer_function(function);
+        }
+        bundle.occlusion = self.occlusion;
+        bundle.shading = self.shading;
+        let volume = world.spawn(bundle).id();
+        let projection = Projection::Perspective(PerspectiveProjection {
+            fov: self.fov.to_radians(),
+            near: 0.001,
+            ..default()
+        });
+        let camera = world.spawn((camera, projection, view)).id();
+        let carvers = self.carvers.iter().map(|carver| carver.spawn(world)).collect();
+        Scene { volume, camera, carvers, view, voxels, geometry, voxel_mm, name }
+    }
+}
+
+/// A camera that looks at the volume's centre from a place given in mm from there.
+pub fn view_from(place: Vec3) -> Transform {
+    Transform::from_translation(place * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
 }
 
 impl SceneOptions {
@@ -79,64 +137,40 @@ impl SceneOptions {
 
     /// Reads the files and spawns everything.
     pub fn spawn(&self, headless: &mut Headless) -> Result<Scene, String> {
+        let parts = self.parts()?;
+        headless.app.insert_resource(self.shortcuts()?);
+        Ok(parts.spawn(headless))
+    }
+
+    /// Reads the files.
+    pub fn parts(&self) -> Result<SceneParts, String> {
         let assets = project_folder().join("assets");
         let phantom = assets.join("head_phantom.nrrd");
         let path = self.volume.as_ref().unwrap_or(&phantom);
         let volume = read_volume_file(path).map_err(|error| error.to_string())?;
-        let geometry = VolumeGeometry::of(&volume);
-        let voxels = volume.voxel_count();
         let default_function = self.volume.is_none().then(|| assets.join("head_phantom.tf.ron"));
-        let function = match (&self.transfer_function, default_function) {
+        let transfer_function = match (&self.transfer_function, default_function) {
             (Some(function), _) => Some(read_transfer_function(function)?),
             (None, Some(path)) => Some(read_transfer_function(&path.to_string_lossy())?),
             (None, None) => None,
         };
-        let view = self.view(&geometry);
-        let camera = headless.camera();
-        let world = headless.app.world_mut();
-        world.insert_resource(self.shortcuts()?);
-        let handle = world.resource_mut::<Assets<Volume>>().add(volume);
-        let mut bundle = VolumeBundle::new(handle);
-        if let Some(function) = function {
-            let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
-            bundle = bundle.with_transfer_function(function);
-        }
-        bundle.occlusion.steps = self.steps;
-        bundle.occlusion.step_mm = self.step_mm;
-        bundle.shading.step_voxels = self.step_voxels;
-        bundle.shading.jitter = self.jitter;
-        let volume = world.spawn(bundle).id();
-        let projection = Projection::Perspective(PerspectiveProjection {
-            fov: self.fov.to_radians(),
-            near: 0.001,
-            ..default()
-        });
-        world.spawn((camera, projection, view));
-        let carvers = self
-            .carvers
-            .iter()
-            .map(|carver| {
-                let mesh = world.resource_mut::<Assets<Mesh>>().add(carver.mesh());
-                world.spawn((carver.clip_mesh(), Mesh3d(mesh), carver.transform())).id()
-            })
-            .collect();
-        Ok(Scene {
-            volume,
-            carvers,
-            view,
-            voxels,
-            voxel_mm: geometry.spacing_mm.min_element() as f32,
+        Ok(SceneParts {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            camera: self.camera.unwrap_or_else(|| self.overview(&VolumeGeometry::of(&volume))),
+            volume,
+            transfer_function,
+            occlusion: AmbientOcclusion { steps: self.steps, step_mm: self.step_mm, ..default() },
+            shading: VolumeShading { step_voxels: self.step_voxels, jitter: self.jitter, ..default() },
+            carvers: self.carvers.clone(),
+            fov: self.fov,
         })
     }
 
-    fn view(&self, geometry: &VolumeGeometry) -> Transform {
+    /// Where a camera has all in view.
+    fn overview(&self, geometry: &VolumeGeometry) -> Vec3 {
         let radius = geometry.corners()[0].length() as f32;
-        let position = self.camera.unwrap_or_else(|| {
-            let distance = 0.85 * radius / (0.5 * self.fov.to_radians()).sin();
-            distance * Vec3::new(0.55, 0.35, 0.8).normalize()
-        });
-        Transform::from_translation(position * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
+        let distance = 0.85 * radius / (0.5 * self.fov.to_radians()).sin();
+        distance * Vec3::new(0.55, 0.35, 0.8).normalize()
     }
 }
 
@@ -144,8 +178,7 @@ impl SceneOptions {
 fn read_transfer_function(name: &str) -> Result<TransferFunction, String> {
     if let Some(ramp) = name.strip_prefix("ramp:") {
         let [from, to, opacity] = parse_numbers(ramp)?;
-        let bone = [0.95, 0.9, 0.82];
-        return TransferFunction::ramp(from, to, opacity, bone).map_err(|error| format!("{name}: {error}"));
+        return TransferFunction::ramp(from, to, opacity, BONE).map_err(|error| format!("{name}: {error}"));
     }
     let text = std::fs::read_to_string(name).map_err(|error| format!("{name}: {error}"))?;
     if name.to_ascii_lowercase().ends_with(".vp") {
@@ -154,108 +187,6 @@ fn read_transfer_function(name: &str) -> Result<TransferFunction, String> {
         TransferFunction::from_ron(&text)
     }
     .map_err(|error| format!("{name}: {error}"))
-}
-
-/// A cutter as given on the command line; lengths in mm.
-#[derive(Clone, Debug)]
-pub struct Carver {
-    shape: Shape,
-    position: Vec3,
-    rotation: Quat,
-    keeps: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Shape {
-    Sphere { radius: f32 },
-    Box { size: Vec3 },
-    Torus { ring: f32, tube: f32 },
-    Cylinder { radius: f32, height: f32 },
-}
-
-impl Carver {
-    fn mesh(&self) -> Mesh {
-        match self.shape {
-            Shape::Sphere { radius } => {
-                Sphere::new(radius).mesh().ico(16).unwrap_or_else(|_| Sphere::new(radius).into())
-            }
-            Shape::Box { size } => Cuboid::from_size(size).into(),
-            Shape::Torus { ring, tube } => Torus { minor_radius: tube, major_radius: ring }
-                .mesh()
-                .major_resolution(96)
-                .minor_resolution(48)
-                .into(),
-            Shape::Cylinder { radius, height } => CylinderMeshBuilder::new(radius, height, 96).into(),
-        }
-    }
-
-    fn clip_mesh(&self) -> ClipMesh {
-        if self.keeps { ClipMesh::intersect() } else { ClipMesh::default() }
-    }
-
-    fn transform(&self) -> Transform {
-        Transform {
-            translation: self.position * WORLD_UNITS_PER_MM,
-            rotation: self.rotation,
-            scale: Vec3::splat(WORLD_UNITS_PER_MM),
-        }
-    }
-}
-
-impl FromStr for Carver {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (keeps, rest) = match text.strip_prefix("keep:") {
-            Some(rest) => (true, rest),
-            None => (false, text),
-        };
-        let (name, numbers) = rest.split_once(':').ok_or("expected SHAPE:numbers")?;
-        let lengths = match name {
-            "sphere" => 4,
-            "torus" | "cylinder" => 5,
-            "box" => 6,
-            _ => {
-                return Err(format!("unknown shape `{name}`: expected sphere, box, torus or cylinder"));
-            }
-        };
-        let mut n = parse_list(numbers)?;
-        if n.len() == lengths {
-            n.extend([0.0; 3]);
-        }
-        if n.len() != lengths + 3 {
-            return Err(format!("`{name}` takes {lengths} numbers, or {} with angles", lengths + 3));
-        }
-        if n[3..lengths].iter().any(|&length| length <= 0.0) {
-            return Err(format!("`{text}`: lengths must be above 0"));
-        }
-        let shape = match name {
-            "sphere" => Shape::Sphere { radius: n[3] },
-            "torus" => Shape::Torus { ring: n[3], tube: n[4] },
-            "cylinder" => Shape::Cylinder { radius: n[3], height: n[4] },
-            _ => Shape::Box { size: Vec3::new(n[3], n[4], n[5]) },
-        };
-        let angles: Vec<f32> = n[lengths..].iter().map(|angle| angle.to_radians()).collect();
-        Ok(Self {
-            shape,
-            position: Vec3::new(n[0], n[1], n[2]),
-            rotation: Quat::from_euler(EulerRot::XYZ, angles[0], angles[1], angles[2]),
-            keeps,
-        })
-    }
-}
-
-fn parse_list(text: &str) -> Result<Vec<f32>, String> {
-    text.split(',')
-        .map(|part| match part.trim().parse::<f32>() {
-            Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(format!("`{part}` is not a number")),
-        })
-        .collect()
-}
-
-fn parse_numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
-    parse_list(text)?.try_into().map_err(|_| format!("`{text}`: expected {N} numbers"))
 }
 
 fn parse_vec3(text: &str) -> Result<Vec3, String> {

@@ -1,31 +1,37 @@
-//! Measures carve frames without a window: moves the first carver one voxel per frame along the
-//! view's horizontal and prints one JSON line per shading mode and ray pattern.
+//! Measures carve frames without a window, a JSON line per configuration. With nothing else asked for,
+//! the first carver of the scene given moves one voxel per frame along the view's horizontal.
 
 #[path = "../common/mod.rs"]
 mod common;
 
-use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
-use bevy_contextual_ao::{
-    diagnostics::{
-        SPAN_CLIP, SPAN_CULL, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK, SPAN_RAY_CAST, Work, latest_gpu_ms,
-    },
-    prelude::*,
-    volume::WORLD_UNITS_PER_MM,
-};
-use clap::Parser;
+mod ablation;
+mod carve;
+mod counting;
+mod counts;
+mod directions;
+mod figures;
+mod published;
+mod shell;
+mod stage;
+mod tables;
+mod times;
+
+use bevy::prelude::*;
+use bevy_contextual_ao::prelude::*;
+use clap::{Args, Parser};
 use common::{
-    headless::Headless,
-    scene::{Scene, SceneOptions},
+    scene::SceneOptions,
     stability::{self, Group},
 };
-use serde_json::json;
-use std::time::Instant;
+use counting::CountingScene;
 
 /// Measures carve frames.
 #[derive(Parser)]
 struct Options {
     #[command(flatten)]
     scene: SceneOptions,
+    #[command(flatten)]
+    instead: Instead,
     /// solid, phong, cao, phong_cao, lao; several may be given.
     #[arg(long = "mode", num_args = 1.., default_values = ["cao", "lao"])]
     modes: Vec<ShadingMode>,
@@ -36,187 +42,96 @@ struct Options {
     /// Frames that are measured.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Instead: how steady and exact clipping is where such methods fail, a JSON line per figure
-    /// (half an hour on a software driver). The scene's options play no part.
-    #[arg(long, value_name = "GROUP", num_args = 0..=1)]
-    stability: Option<Option<Group>>,
+    /// Of the published pipeline, which is slow.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    slow_frames: u32,
     /// Frames before those.
     #[arg(long, default_value_t = 3)]
     warmup: u32,
+    /// With --ablation: also without any shortcut, which is slow.
+    #[arg(long)]
+    with_published: bool,
+    /// The largest generated volume, voxels along each side.
+    #[arg(long, default_value_t = 256)]
+    most: u32,
+    /// Does not compare with LAO, which is slow.
+    #[arg(long)]
+    no_check: bool,
+    /// Other scenes than the given one at half their resolution, in small images.
+    #[arg(long)]
+    quick: bool,
+}
+
+/// What else can be measured, in scenes of its own.
+#[derive(Args)]
+#[group(multiple = false)]
+struct Instead {
+    /// How steady and exact clipping is where such methods fail, a JSON line per figure (half an hour
+    /// on a software driver).
+    #[arg(long, value_name = "GROUP", num_args = 0..=1)]
+    stability: Option<Option<Group>>,
+    /// How many samples a carve frame takes beside the published pipeline's, in real volumes.
+    #[arg(long, value_name = "SCENE", num_args = 0..=1)]
+    counts: Option<Option<CountingScene>>,
+    /// How long a carve frame takes beside a dense LAO's as published, at rest, and with more carvers:
+    /// CT of an engine.
+    #[arg(long)]
+    times: bool,
+    /// What each shortcut brings: all of them, then each switched off by itself; in the scene given, if
+    /// it has a volume, else CT of an engine.
+    #[arg(long)]
+    ablation: bool,
+    /// How work grows with a generated volume: 64, 128, 256 and 512 voxels along each side.
+    #[arg(long)]
+    growth: bool,
+    /// The scene of benches/peers in three shading modes.
+    #[arg(long)]
+    peer: bool,
+    /// How far the occlusion of ray patterns is from that of very many rays, in real volumes.
+    #[arg(long)]
+    directions: bool,
+    /// The paper's tables 2 to 6 with our figures beside. Slow unless --quick; --most 512 adds a generated
+    /// volume of that size.
+    #[arg(long)]
+    tables: bool,
+}
+
+impl Options {
+    /// The size of images, pixels.
+    fn image_size(&self) -> UVec2 {
+        if self.quick { UVec2::splat(200) } else { self.scene.size }
+    }
 }
 
 fn main() -> Result<(), String> {
     let options = Options::parse();
-    if let Some(group) = options.stability {
-        let mut broken = 0;
-        stability::run(group, |figure| {
-            broken += usize::from(!figure.holds());
-            println!("{}", figure.to_json());
-        });
-        return if broken == 0 { Ok(()) } else { Err(format!("{broken} figures exceed their bounds")) };
-    }
-    let mut headless = Headless::new(options.scene.size, |_| {});
-    let scene = options.scene.spawn(&mut headless)?;
-    if scene.carvers.is_empty() {
-        return Err("--carver is missing: there would be nothing to measure".into());
-    }
-    let adapter = headless.app.world().resource::<RenderAdapterInfo>();
-    eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info);
-    for &pattern in &options.patterns {
-        for &mode in &options.modes {
-            let line = Measurement::new(&mut headless, &scene, &options).run(mode, pattern)?;
-            println!("{line}");
-        }
-    }
-    Ok(())
-}
-
-/// One configuration at work.
-struct Measurement<'a> {
-    headless: &'a mut Headless,
-    scene: &'a Scene,
-    options: &'a Options,
-    start: Transform,
-}
-
-/// Milliseconds of one frame.
-#[derive(Clone, Copy, Default)]
-struct FrameTimes {
-    total: f64,
-    cull: f64,
-    clip: f64,
-    distances: f64,
-    mark: f64,
-    cast: f64,
-    draw: f64,
-}
-
-impl<'a> Measurement<'a> {
-    fn new(headless: &'a mut Headless, scene: &'a Scene, options: &'a Options) -> Self {
-        let start = *headless.app.world().get::<Transform>(scene.carvers[0]).unwrap_or(&Transform::IDENTITY);
-        Self { headless, scene, options, start }
-    }
-
-    fn run(mut self, mode: ShadingMode, pattern: RayPattern) -> Result<serde_json::Value, String> {
-        // What recomputes everything in every frame has nothing to get ready.
-        self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
-        self.set_pattern(pattern);
-        self.headless.until_ready(self.scene.volume)?;
-        self.set_mode(mode);
-        let mut times = Vec::new();
-        let (first, last) = (self.options.warmup, self.options.warmup + self.options.frames);
-        for frame in 0..last {
-            let total = self.carve_frame(frame);
-            times.push(FrameTimes { total, ..default() });
-            // What passes took is known one frame later.
-            if let Some(before) = frame.checked_sub(1) {
-                self.read_pass_times(&mut times[before as usize], mode);
-            }
-        }
-        if let Some(latest) = times.last_mut() {
-            self.set_mode(ShadingMode::Solid);
-            self.headless.frame();
-            self.set_mode(mode);
-            self.read_pass_times(latest, mode);
-        }
-        times.drain(..first as usize);
-        let work = self.count_work();
-        self.headless.frame();
-        let image = self.headless.image();
-        // The same pose, everything recomputed.
-        let different = if mode.uses_occlusion() && !mode.uses_light() {
-            self.set_mode(ShadingMode::Lao);
-            self.headless.frame();
-            let reference = self.headless.image();
-            Some(count_different(&image, &reference))
-        } else {
-            None
-        };
-        self.move_carver(0);
-        let median = |value: fn(&FrameTimes) -> f64| median(times.iter().map(value).collect());
-        Ok(json!({
-            "scene": self.scene.name,
-            "mode": mode.name(),
-            "pattern": pattern.to_string(),
-            "rays": pattern.rays(),
-            "steps": self.options.scene.steps,
-            "voxels": self.scene.voxels,
-            "recast_voxels": work.voxels,
-            "samples": work.samples,
-            "distances": work.distances,
-            "frames": self.options.frames,
-            "ms_total": median(|t| t.total),
-            "ms_cull": median(|t| t.cull),
-            "ms_clip": median(|t| t.clip),
-            "ms_distances": median(|t| t.distances),
-            "ms_mark": median(|t| t.mark),
-            "ms_cast": median(|t| t.cast),
-            "ms_draw": median(|t| t.draw),
-            "pixels_different_from_lao": different,
-        }))
-    }
-
-    fn set_mode(&mut self, mode: ShadingMode) {
-        self.headless.set_mode(self.scene.volume, mode);
-    }
-
-    fn set_pattern(&mut self, pattern: RayPattern) {
-        let world = self.headless.app.world_mut();
-        if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(self.scene.volume) {
-            occlusion.pattern = pattern;
-        }
-    }
-
-    /// Where the carver is after this many frames: to and fro by up to 8 voxels.
-    fn pose(&self, frame: u32) -> Transform {
-        const WAY: u32 = 8;
-        let phase = frame % (2 * WAY);
-        let voxels = if phase <= WAY { phase } else { 2 * WAY - phase } as f32;
-        let offset = self.scene.view.right() * (voxels * self.scene.voxel_mm * WORLD_UNITS_PER_MM);
-        Transform { translation: self.start.translation + offset, ..self.start }
-    }
-
-    fn move_carver(&mut self, frame: u32) {
-        let pose = self.pose(frame);
-        self.headless.app.world_mut().entity_mut(self.scene.carvers[0]).insert(pose);
-    }
-
-    /// Milliseconds of a frame in which the carver moved.
-    fn carve_frame(&mut self, frame: u32) -> f64 {
-        self.move_carver(frame);
-        let begin = Instant::now();
-        self.headless.frame();
-        begin.elapsed().as_secs_f64() * 1e3
-    }
-
-    fn read_pass_times(&self, times: &mut FrameTimes, mode: ShadingMode) {
-        times.cull = self.headless.pass_ms(SPAN_CULL);
-        times.clip = self.headless.pass_ms(SPAN_CLIP);
-        times.distances = self.headless.pass_ms(SPAN_DISTANCES);
-        if mode.uses_occlusion() {
-            times.mark = self.headless.pass_ms(SPAN_MARK);
-            times.cast = self.headless.pass_ms(SPAN_RAY_CAST);
-        }
-        times.draw = latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0);
-    }
-
-    /// Work of one more carve frame, counted in a frame of its own.
-    fn count_work(&mut self) -> Work {
-        let pose = self.pose(self.options.warmup + self.options.frames);
-        let carver = self.scene.carvers[0];
-        self.headless.count_work(self.scene.volume, |world| {
-            world.entity_mut(carver).insert(pose);
-        })
+    let instead = &options.instead;
+    if let Some(group) = instead.stability {
+        stability(group)
+    } else if let Some(scene) = instead.counts {
+        counts::run(scene, &options)
+    } else if instead.times {
+        times::run(&options)
+    } else if instead.ablation {
+        ablation::run(&options)
+    } else if instead.growth {
+        shell::growth(&options)
+    } else if instead.peer {
+        shell::peer(&options)
+    } else if instead.directions {
+        directions::run(&options)
+    } else if instead.tables {
+        tables::run(&options)
+    } else {
+        carve::run(&options)
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
-}
-
-/// Pixels that are not the same in two RGBA images of one size.
-fn count_different(a: &[u8], b: &[u8]) -> usize {
-    a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
+fn stability(group: Option<Group>) -> Result<(), String> {
+    let mut broken = 0;
+    stability::run(group, |figure| {
+        broken += usize::from(!figure.holds());
+        println!("{}", figure.to_json());
+    });
+    if broken == 0 { Ok(()) } else { Err(format!("{broken} figures exceed their bounds")) }
 }

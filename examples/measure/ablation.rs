@@ -1,0 +1,73 @@
+//! What each shortcut is worth: carve frames with all of them, then without one at a time.
+
+use bevy_contextual_ao::prelude::*;
+use serde_json::json;
+
+use crate::{
+    Options,
+    counting::CountingScene,
+    figures::{count_different, merged},
+    stage::Stage,
+};
+
+/// Measures the scene of the command line if it has a volume, else the opaque engine.
+pub fn run(options: &Options) -> Result<(), String> {
+    let stage = if options.scene.volume.is_some() {
+        Some(Stage::new(options.scene.parts()?, options.scene.size))
+    } else {
+        CountingScene::EngineOpaque.open(options)?
+    };
+    let Some(mut stage) = stage else {
+        return Ok(());
+    };
+    if stage.scene.carvers.is_empty() {
+        return Err("--carver is missing: there would be nothing to measure".into());
+    }
+    let image = measure(&mut stage, "nothing", Shortcuts::default(), None, options)?;
+    for name in Shortcuts::NAMES {
+        let shortcuts = Shortcuts::default().without(name);
+        // What can be sampled is asked only where views are not.
+        let (name, shortcuts) = match name {
+            "sampleable" => ("demand, sampleable", shortcuts.and_then(|rest| rest.without("demand"))),
+            _ => (name, shortcuts),
+        };
+        let shortcuts = shortcuts.ok_or_else(|| format!("there is no shortcut `{name}`"))?;
+        measure(&mut stage, name, shortcuts, Some(&image), options)?;
+    }
+    if options.with_published {
+        measure(&mut stage, "all", Shortcuts::NONE, Some(&image), options)?;
+    }
+    Ok(())
+}
+
+/// Prints the figures without some shortcuts, and returns the image.
+fn measure(
+    stage: &mut Stage,
+    without: &str,
+    shortcuts: Shortcuts,
+    with_all: Option<&[u8]>,
+    options: &Options,
+) -> Result<Vec<u8>, String> {
+    stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
+    stage.set_shortcuts(shortcuts);
+    stage.carve(0);
+    let frames = if without == "all" { options.slow_frames } else { options.frames };
+    // Without demand the first frame casts all.
+    let times = stage.medians(options.warmup.max(1), frames, Stage::carve);
+    let rest = stage.medians(0, 1, |_, _| {});
+    stage.carve(0);
+    let image = stage.image();
+    let work = stage.count(|stage| stage.carve(1));
+    stage.set_shortcuts(Shortcuts::default());
+    let figures = json!({
+        "without": without,
+        "recast_voxels": work.voxels,
+        "samples": work.samples,
+        "distances": work.distances,
+        "frames": frames,
+        "ms_total_at_rest": rest.total,
+        "pixels_different_from_with_all": with_all.map(|with_all| count_different(&image, with_all)),
+    });
+    stage.print(merged(figures, times.to_json()));
+    Ok(image)
+}

@@ -1,0 +1,112 @@
+//! What figures are made of, and how they are printed.
+
+use bevy_contextual_ao::diagnostics::{
+    SPAN_CLIP, SPAN_CULL, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK, SPAN_RAY_CAST, SPANS,
+};
+use serde_json::{Value, json};
+
+/// Milliseconds of one frame, or medians of several.
+#[derive(Clone, Copy, Default)]
+pub struct FrameTimes {
+    /// The whole frame, by the clock.
+    pub total: f64,
+    /// Each of [`SPANS`]; nothing where it did not run.
+    pub passes: [f64; SPANS.len()],
+    /// Drawing.
+    pub draw: f64,
+}
+
+impl FrameTimes {
+    /// The time of a pass.
+    pub fn of(&self, span: &str) -> f64 {
+        if span == SPAN_DRAW {
+            return self.draw;
+        }
+        SPANS.iter().position(|name| *name == span).map_or(0.0, |index| self.passes[index])
+    }
+
+    /// Clipping and casting: steps IV and V.
+    pub fn clip_and_cast(&self) -> f64 {
+        let steps = [SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];
+        steps.iter().map(|span| self.of(span)).sum()
+    }
+
+    /// The median of each time.
+    pub fn medians(times: &[Self]) -> Self {
+        let of = |value: &dyn Fn(&Self) -> f64| median(times.iter().map(value).collect());
+        Self {
+            total: of(&|times| times.total),
+            passes: std::array::from_fn(|index| of(&|times| times.passes[index])),
+            draw: of(&|times| times.draw),
+        }
+    }
+
+    /// As fields of a line of JSON.
+    pub fn to_json(self) -> Value {
+        json!({
+            "ms_total": self.total,
+            "ms_cull": self.of(SPAN_CULL),
+            "ms_clip": self.of(SPAN_CLIP),
+            "ms_distances": self.of(SPAN_DISTANCES),
+            "ms_mark": self.of(SPAN_MARK),
+            "ms_cast": self.of(SPAN_RAY_CAST),
+            "ms_draw": self.draw,
+            "ms_clip_and_cast": self.clip_and_cast(),
+        })
+    }
+}
+
+/// The middle of some values, or the mean of the middle two; 0 of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => 0.0,
+        length if length % 2 == 1 => values[middle],
+        _ => (values[middle - 1] + values[middle]) / 2.0,
+    }
+}
+
+/// How often `of` contains `by`.
+pub fn ratio(of: u64, by: u64) -> f64 {
+    of as f64 / by as f64
+}
+
+/// Pixels that are not the same in two RGBA images of one size.
+pub fn count_different(a: &[u8], b: &[u8]) -> usize {
+    a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
+}
+
+/// How far values are from true ones.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Errors {
+    /// Root mean square.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
+    /// How many values were compared.
+    pub count: usize,
+}
+
+impl Errors {
+    /// Of pairs of a value and the true one.
+    pub fn of(pairs: impl IntoIterator<Item = (u8, u8)>) -> Self {
+        let (mut squares, mut largest, mut count) = (0u64, 0, 0);
+        for (value, truth) in pairs {
+            let error = value.abs_diff(truth);
+            squares += u64::from(error) * u64::from(error);
+            largest = largest.max(error);
+            count += 1;
+        }
+        let rms = (squares as f64 / count.max(1) as f64).sqrt();
+        Self { rms, largest: largest.into(), count }
+    }
+}
+
+/// The fields of two JSON objects.
+pub fn merged(mut fields: Value, more: Value) -> Value {
+    if let (Value::Object(fields), Value::Object(more)) = (&mut fields, more) {
+        fields.extend(more);
+    }
+    fields
+}

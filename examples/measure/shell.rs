@@ -1,0 +1,116 @@
+//! A generated volume of any size, and what it is used for: a bumpy shell with a rod along each axis
+//! (`benches/peers` has the same).
+
+use bevy::{
+    math::{DAffine3, DVec2, DVec3, Vec3Swizzles},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{Intensities, Rescale, VolumeError, VolumeGeometry},
+};
+use serde_json::json;
+
+use crate::{
+    Options,
+    common::{
+        carver::{Carver, Shape},
+        scene::{BONE, SceneParts},
+    },
+    counting::ball,
+    figures::{FrameTimes, merged, ratio},
+    stage::{Stage, to_and_fro},
+};
+
+/// The scene without carvers: `size` voxels along each side, `extent_mm` in all.
+fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
+    let spacing_mm = extent_mm / size as f32;
+    let function = TransferFunction::ramp(1500.0, 2500.0, 0.95, BONE);
+    let mut function = function.map_err(|error| error.to_string())?;
+    // Opacity is that of a voxel.
+    function.opacity_unit_distance_mm = spacing_mm;
+    Ok(SceneParts {
+        name: format!("shell {size}"),
+        volume: shell_volume(size, spacing_mm).map_err(|error| error.to_string())?,
+        transfer_function: Some(function),
+        occlusion: AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 20, step_mm: spacing_mm },
+        shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
+        carvers: Vec::new(),
+        camera: Vec3::new(132.0, 88.0, 198.0),
+        fov: 30.0,
+    })
+}
+
+/// Values 0 to 4000; x, y and z are those of volume space.
+fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
+    let at: Vec<f64> = (0..size).map(|k| 2.0 * f64::from(k) / f64::from(size - 1) - 1.0).collect();
+    let waves: Vec<f64> = at.iter().map(|g| (9.0 * g).sin()).collect();
+    let rod = |across: DVec2| (1.0 - (across.length() - 0.12) / 0.04).clamp(0.0, 1.0);
+    let mut values = Vec::with_capacity(size.pow(3) as usize);
+    for (z, wave_z) in at.iter().zip(&waves) {
+        for (y, wave_y) in at.iter().zip(&waves) {
+            for (x, wave_x) in at.iter().zip(&waves) {
+                let p = DVec3::new(*x, *y, *z);
+                let bumps = 0.04 * wave_x * wave_y * wave_z;
+                let shell = 1.0 - (p.length() - 0.75 - bumps).abs() / 0.08;
+                let rods = rod(p.yz()).max(rod(p.zx())).max(rod(p.xy()));
+                values.push((4000.0 * shell.max(rods)).round() as u16);
+            }
+        }
+    }
+    let patient_from_grid = [DVec3::NEG_X, DVec3::Z, DVec3::Y].map(|axis| axis * f64::from(spacing_mm));
+    let [x, y, z] = patient_from_grid;
+    let grid_to_patient = DAffine3::from_cols(x, y, z, DVec3::ZERO);
+    Volume::new(UVec3::splat(size), grid_to_patient, Intensities::U16(values), Rescale::default())
+}
+
+/// The same scene in more and more voxels, carved by a ball of the same share of it, with as many rays
+/// and steps of a voxel, in an image of as many pixels along each side: work grows with its surface.
+pub fn growth(options: &Options) -> Result<(), String> {
+    let mut last: Option<(u64, FrameTimes)> = None;
+    for size in [64, 128, 256, 512].into_iter().filter(|size| *size <= options.most) {
+        let mut stage = growing(size)?;
+        let pattern = stage.occlusion().pattern;
+        stage.prepare(ShadingMode::Cao, pattern)?;
+        let times = stage.medians(options.warmup, options.frames, Stage::carve);
+        let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
+        let figures = json!({
+            "recast_voxels": work.voxels,
+            "samples": work.samples,
+            "samples_over_last_size": last.map(|(samples, _)| ratio(work.samples, samples)),
+            "frame_over_last_size": last.map(|(_, last)| times.total / last.total),
+            "clip_and_cast_over_last_size":
+                last.map(|(_, last)| times.clip_and_cast() / last.clip_and_cast()),
+        });
+        stage.print(merged(figures, times.to_json()));
+        last = Some((work.samples, times));
+    }
+    Ok(())
+}
+
+/// One size of it.
+pub fn growing(size: u32) -> Result<Stage, String> {
+    let mut parts = shell(size, 128.0)?;
+    let geometry = VolumeGeometry::of(&parts.volume);
+    parts.carvers.push(ball(&geometry, DVec3::new(0.7, 0.65, 0.7), 0.28));
+    Ok(Stage::new(parts, UVec2::splat(size)))
+}
+
+/// The scene of `benches/peers`: a cut that moves while the camera turns.
+pub fn peer(options: &Options) -> Result<(), String> {
+    let mut parts = shell(128, 128.0)?;
+    parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
+    let mut stage = Stage::new(parts, UVec2::splat(512));
+    let pattern = stage.occlusion().pattern;
+    for mode in [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao] {
+        stage.prepare(mode, pattern)?;
+        let times = stage.medians(options.warmup, options.frames, |stage, frame| {
+            stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
+            stage.turn_camera(frame as f32);
+        });
+        stage.move_carver(Vec3::ZERO);
+        stage.turn_camera(0.0);
+        stage.print(merged(json!({ "mode": mode.name(), "frames": options.frames }), times.to_json()));
+    }
+    Ok(())
+}

@@ -1,0 +1,219 @@
+//! A scene at work: changed from frame to frame, timed and counted.
+
+use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
+use bevy_contextual_ao::{
+    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, SPANS, Work, latest_gpu_ms},
+    prelude::*,
+    volume::WORLD_UNITS_PER_MM,
+};
+use serde_json::{Value, json};
+use std::{sync::Once, time::Instant};
+
+use crate::{
+    common::{
+        headless::Headless,
+        scene::{Scene, SceneParts},
+    },
+    figures::{FrameTimes, merged},
+};
+
+/// A scene in an app of its own.
+pub struct Stage {
+    /// The app.
+    pub headless: Headless,
+    /// What is in it.
+    pub scene: Scene,
+    /// Where the first carver was spawned.
+    start: Transform,
+}
+
+/// How far a carver moves away before it turns back, steps.
+const WAY: u32 = 8;
+
+/// How many steps from its start a carver is in a frame that goes to and fro, a step per frame.
+pub fn to_and_fro(frame: u32) -> u32 {
+    let phase = frame % (2 * WAY);
+    phase.min(2 * WAY - phase)
+}
+
+impl Stage {
+    /// Sets up a scene with an image of `size` pixels.
+    pub fn new(parts: SceneParts, size: UVec2) -> Self {
+        static DEVICE_TOLD: Once = Once::new();
+        let mut headless = Headless::new(size, |_| {});
+        let scene = parts.spawn(&mut headless);
+        let world = headless.app.world();
+        let start = scene.carvers.first().and_then(|carver| world.get(*carver).copied()).unwrap_or_default();
+        let stage = Self { headless, scene, start };
+        let adapter = stage.adapter();
+        DEVICE_TOLD.call_once(|| eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info));
+        stage
+    }
+
+    fn world(&mut self) -> &mut World {
+        self.headless.app.world_mut()
+    }
+
+    /// The device.
+    pub fn adapter(&self) -> &RenderAdapterInfo {
+        self.headless.app.world().resource()
+    }
+
+    /// How occlusion is computed.
+    pub fn occlusion(&self) -> AmbientOcclusion {
+        self.headless.app.world().get::<AmbientOcclusion>(self.scene.volume).cloned().unwrap_or_default()
+    }
+
+    /// The samples of a dense LAO: all rays of all voxels, at full length.
+    pub fn dense_samples(&self) -> u64 {
+        let occlusion = self.occlusion();
+        self.scene.voxels * u64::from(occlusion.pattern.rays()) * u64::from(occlusion.steps)
+    }
+
+    /// Prints figures as a line of JSON, with what they are of.
+    pub fn print(&self, figures: Value) {
+        let AmbientOcclusion { pattern, steps, .. } = self.occlusion();
+        let of = json!({
+            "scene": self.scene.name,
+            "voxels": self.scene.voxels,
+            "pattern": pattern.to_string(),
+            "rays": pattern.rays(),
+            "steps": steps,
+            "device": self.adapter().name,
+        });
+        println!("{}", merged(of, figures));
+    }
+
+    /// Changes what shades the volume.
+    pub fn set_mode(&mut self, mode: ShadingMode) {
+        self.headless.set_mode(self.scene.volume, mode);
+    }
+
+    /// Changes the directions of the rays.
+    pub fn set_pattern(&mut self, pattern: RayPattern) {
+        let volume = self.scene.volume;
+        if let Some(mut occlusion) = self.world().get_mut::<AmbientOcclusion>(volume) {
+            occlusion.pattern = pattern;
+        }
+    }
+
+    /// Changes what work is left out.
+    pub fn set_shortcuts(&mut self, shortcuts: Shortcuts) {
+        self.world().insert_resource(shortcuts);
+    }
+
+    /// Changes how the volume is shaded and runs frames until all is there that does not change from
+    /// frame to frame.
+    pub fn prepare(&mut self, mode: ShadingMode, pattern: RayPattern) -> Result<(), String> {
+        // What recomputes everything in every frame has nothing to get ready.
+        self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
+        self.set_pattern(pattern);
+        self.headless.until_ready(self.scene.volume)?;
+        self.set_mode(mode);
+        Ok(())
+    }
+
+    /// Moves the first carver away from where it was spawned.
+    pub fn move_carver(&mut self, offset_mm: Vec3) {
+        let translation = self.start.translation + offset_mm * WORLD_UNITS_PER_MM;
+        let pose = Transform { translation, ..self.start };
+        if let Some(&carver) = self.scene.carvers.first() {
+            self.world().entity_mut(carver).insert(pose);
+        }
+    }
+
+    /// Puts the first carver where it is in a frame in which it goes to and fro along the view's
+    /// horizontal, a voxel per frame.
+    pub fn carve(&mut self, frame: u32) {
+        let way = to_and_fro(frame) as f32 * self.scene.voxel_mm;
+        self.move_carver(way * self.scene.view.right());
+    }
+
+    /// Turns the camera about the vertical axis through the volume's centre, from where it was spawned.
+    pub fn turn_camera(&mut self, degrees: f32) {
+        let turn = Transform::from_rotation(Quat::from_rotation_y(degrees.to_radians()));
+        let (camera, pose) = (self.scene.camera, turn * self.scene.view);
+        self.world().entity_mut(camera).insert(pose);
+    }
+
+    /// Times frames, before each of which `change` is made.
+    pub fn time(&mut self, frames: u32, mut change: impl FnMut(&mut Self, u32)) -> Vec<FrameTimes> {
+        let mut times: Vec<FrameTimes> = Vec::new();
+        let mut before = PassLog::default();
+        for frame in 0..frames {
+            change(self, frame);
+            let begin = Instant::now();
+            self.headless.frame();
+            let total = begin.elapsed().as_secs_f64() * 1e3;
+            // What passes took is known one frame later.
+            self.read_passes(times.last_mut(), &mut before);
+            times.push(FrameTimes { total, ..default() });
+        }
+        let mode = self.mode();
+        if mode.recomputes_all() {
+            self.set_mode(ShadingMode::Solid);
+        }
+        self.headless.frame();
+        self.read_passes(times.last_mut(), &mut before);
+        self.set_mode(mode);
+        times
+    }
+
+    /// The medians of so many frames, after some that are not counted.
+    pub fn medians(&mut self, warmup: u32, frames: u32, change: impl FnMut(&mut Self, u32)) -> FrameTimes {
+        let times = self.time(warmup + frames, change);
+        FrameTimes::medians(&times[warmup as usize..])
+    }
+
+    fn mode(&self) -> ShadingMode {
+        let shading = self.headless.app.world().get::<VolumeShading>(self.scene.volume);
+        shading.map(|shading| shading.mode).unwrap_or_default()
+    }
+
+    fn passes(&self) -> PassLog {
+        self.headless.app.world().resource::<RenderStatus>().passes
+    }
+
+    /// Fills in the times of the passes that ran since `before`.
+    fn read_passes(&self, times: Option<&mut FrameTimes>, before: &mut PassLog) {
+        let passes = self.passes();
+        if let Some(times) = times {
+            times.passes = SPANS.map(|span| {
+                let ran = passes.jobs(span) > before.jobs(span);
+                if ran { self.headless.pass_ms(span) } else { 0.0 }
+            });
+            times.draw = latest_gpu_ms(self.headless.diagnostics(), SPAN_DRAW).unwrap_or(0.0);
+        }
+        *before = passes;
+    }
+
+    /// The ray cast's work in a frame before which `change` is made.
+    pub fn count(&mut self, change: impl FnOnce(&mut Self)) -> Work {
+        change(self);
+        self.headless.count_work(self.scene.volume, |_| {})
+    }
+
+    /// Jobs that passes did in a frame in which nothing changed.
+    pub fn jobs_at_rest(&mut self) -> u64 {
+        // What ran is known one frame later.
+        self.headless.frames(2);
+        let before = self.passes().total_jobs();
+        self.headless.frames(2);
+        self.passes().total_jobs() - before
+    }
+
+    /// The image of a frame in which nothing else is changed.
+    pub fn image(&mut self) -> Vec<u8> {
+        self.headless.frame();
+        self.headless.image()
+    }
+
+    /// The image with everything recomputed by the same rays.
+    pub fn lao_image(&mut self) -> Vec<u8> {
+        let mode = self.mode();
+        self.set_mode(ShadingMode::Lao);
+        let image = self.image();
+        self.set_mode(mode);
+        image
+    }
+}

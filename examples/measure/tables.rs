@@ -1,0 +1,233 @@
+//! The CAO paper's tables 2 to 6 with our figures beside: real volumes that are at hand in place of its
+//! own, and ratios in place of frames per second.
+
+use bevy::math::{DVec3, UVec3};
+use bevy_contextual_ao::prelude::*;
+
+use crate::{
+    Options,
+    counting::{CARVER, CountingScene, ball},
+    counts::published_voxels,
+    directions::Shot,
+    figures::{FrameTimes, ratio},
+    published::{PUBLISHED, Published},
+    shell,
+    stage::Stage,
+    times,
+};
+
+/// The paper's patterns, and as many rays of ours.
+const PATTERNS: [[RayPattern; 2]; 4] = [
+    [RayPattern::Neighborhood6, RayPattern::Fibonacci(6)],
+    [RayPattern::Neighborhood14, RayPattern::Fibonacci(14)],
+    [RayPattern::Neighborhood26, RayPattern::Fibonacci(26)],
+    [RayPattern::Rubik54, RayPattern::Fibonacci(54)],
+];
+
+/// What was measured in one scene.
+struct Measured {
+    name: String,
+    /// The scene of the paper that it stands for.
+    beside: Option<&'static Published>,
+    dimensions: UVec3,
+    steps: u32,
+    /// Voxels cast in a carve frame: as published, and by us; percent.
+    recast_percent: [f64; 2],
+    by_rays: Vec<ByRays>,
+}
+
+/// With one of [`PATTERNS`].
+struct ByRays {
+    rays: u32,
+    solid: FrameTimes,
+    /// Dense LAO and CAO, both as published; not in volumes too large for that.
+    published: Option<[FrameTimes; 2]>,
+    ours: FrameTimes,
+    two_carvers: FrameTimes,
+    /// Of the paper's pattern and ours against 512 rays.
+    voxel_rms: [f64; 2],
+    pixel_rms: [f64; 2],
+}
+
+/// Measures all that the tables hold, then prints them.
+pub fn run(options: &Options) -> Result<(), String> {
+    let scenes = [CountingScene::EngineOpaque, CountingScene::Bonsai, CountingScene::CtTorso];
+    let mut measured = Vec::new();
+    for (scene, published) in scenes.into_iter().zip(&PUBLISHED) {
+        if let Some(mut stage) = scene.open(options)? {
+            measured.push(measure(&mut stage, Some(published), options)?);
+        }
+    }
+    if options.most >= 512 {
+        measured.push(measure(&mut shell::growing(512)?, None, options)?);
+    }
+    print_scenes(&measured);
+    print_speed(&measured);
+    print_second_carver(&measured);
+    print_errors(
+        "Table 5: RMS error of voxels against 512 rays, 0 to 1",
+        &measured,
+        |paper| paper.voxel_rms,
+        |m| m.voxel_rms,
+    );
+    print_errors(
+        "Table 6: RMS error of pixels against 512 rays, 0 to 255",
+        &measured,
+        |paper| paper.pixel_rms,
+        |m| m.pixel_rms,
+    );
+    Ok(())
+}
+
+fn measure(
+    stage: &mut Stage,
+    beside: Option<&'static Published>,
+    options: &Options,
+) -> Result<Measured, String> {
+    let voxels = stage.scene.voxels;
+    let published = published_voxels(stage)?;
+    stage.carve(1);
+    stage.prepare(ShadingMode::Cao, RayPattern::Fibonacci(6))?;
+    let ours = stage.count(|stage| stage.carve(0)).voxels;
+    let truth = Shot::take(stage, RayPattern::Sphere512)?;
+    let second = [ball(&stage.scene.geometry, DVec3::ONE - CARVER, 0.14)];
+    let by_rays = PATTERNS.map(|[theirs, fibonacci]| {
+        let shots = [Shot::take(stage, theirs)?, Shot::take(stage, fibonacci)?];
+        stage.prepare(ShadingMode::Solid, theirs)?;
+        let solid = stage.medians(options.warmup, options.frames, Stage::carve);
+        stage.carve(0);
+        let published = match beside {
+            Some(_) => Some(times::published(stage, options.slow_frames)?),
+            None => None,
+        };
+        let ours = times::ours(stage, options)?;
+        let two_carvers = times::with(stage, &second, options)?;
+        stage.carve(0);
+        Ok(ByRays {
+            rays: theirs.rays(),
+            solid,
+            published,
+            ours,
+            two_carvers,
+            voxel_rms: [0, 1].map(|k| shots[k].voxel_errors(&truth).rms / 255.0),
+            pixel_rms: [0, 1].map(|k| shots[k].pixel_errors(&truth).rms),
+        })
+    });
+    Ok(Measured {
+        name: stage.scene.name.clone(),
+        beside,
+        dimensions: stage.scene.geometry.dimensions,
+        steps: stage.occlusion().steps,
+        recast_percent: [published, ours].map(|recast| 100.0 * ratio(recast, voxels)),
+        by_rays: by_rays.into_iter().collect::<Result<_, String>>()?,
+    })
+}
+
+fn print_scenes(measured: &[Measured]) {
+    let rows = measured.iter().map(|m| {
+        let [published, ours] = m.recast_percent.map(|percent| format!("{percent:.2}"));
+        let paper = |of: fn(&Published) -> String| m.beside.map_or_else(none, of);
+        vec![
+            paper(|p| p.name.to_owned()),
+            paper(|p| p.resolution.map(|n| n.to_string()).join("x")),
+            paper(|p| p.steps.to_string()),
+            paper(|p| format!("{:.2}", p.recast_percent)),
+            m.name.clone(),
+            m.dimensions.to_array().map(|n| n.to_string()).join("x"),
+            m.steps.to_string(),
+            published,
+            ours,
+        ]
+    });
+    let head =
+        ["paper", "voxels", "steps", "% recast", "here", "voxels", "steps", "% as published", "% ours"];
+    print_table("Table 2: scenes, and voxels recast in a carve frame", head, rows);
+}
+
+fn print_speed(measured: &[Measured]) {
+    let rows = rows(
+        measured,
+        |paper, k| [paper.cao_fps[k] / paper.lao_fps[k], paper.solid_fps / paper.cao_fps[k]],
+        |m| {
+            let [dense, published] = m.published.map_or([None; 2], |times| times.map(Some));
+            let over = |a: Option<FrameTimes>, b: Option<FrameTimes>| Some(a?.total / b?.total);
+            [over(dense, published), over(dense, Some(m.ours)), over(Some(m.ours), Some(m.solid))]
+        },
+    );
+    let head = [
+        "scene",
+        "rays",
+        "LAO/CAO paper",
+        "CAO/solid paper",
+        "LAO/CAO as published",
+        "LAO/CAO ours",
+        "CAO/solid ours",
+    ];
+    print_table("Table 3: time of a frame, CAO's beside that of dense LAO and of no occlusion", head, rows);
+}
+
+fn print_second_carver(measured: &[Measured]) {
+    let rows = rows(
+        measured,
+        |paper, k| [percent_lost(1.0 / paper.two_meshes_fps[k], 1.0 / paper.cao_fps[k])],
+        |m| {
+            [
+                Some(percent_lost(m.two_carvers.total, m.ours.total)),
+                Some(percent_lost(m.two_carvers.clip_and_cast(), m.ours.clip_and_cast())),
+            ]
+        },
+    );
+    let head = ["scene", "rays", "% paper", "% ours", "% ours, clip and cast"];
+    print_table("Table 4: share of the frame rate that a second carver takes", head, rows);
+}
+
+fn print_errors(
+    title: &str,
+    measured: &[Measured],
+    paper: fn(&Published) -> [f64; 4],
+    ours: fn(&ByRays) -> [f64; 2],
+) {
+    let rows = rows(measured, |published, k| [paper(published)[k]], |m| ours(m).map(Some));
+    print_table(title, ["scene", "rays", "paper", "its pattern here", "Fibonacci"], rows);
+}
+
+/// How many percent fewer there are in a second of what takes `time` than of what takes `before`.
+fn percent_lost(time: f64, before: f64) -> f64 {
+    100.0 * (1.0 - before / time)
+}
+
+/// A row per scene and number of rays: what the paper says, and what was measured.
+fn rows<const P: usize, const M: usize>(
+    measured: &[Measured],
+    paper: impl Fn(&Published, usize) -> [f64; P],
+    ours: impl Fn(&ByRays) -> [Option<f64>; M],
+) -> Vec<Vec<String>> {
+    let mut rows = Vec::new();
+    for scene in measured {
+        for (k, m) in scene.by_rays.iter().enumerate() {
+            let paper = scene.beside.map_or([None; P], |published| paper(published, k).map(Some));
+            let values = paper.into_iter().chain(ours(m));
+            let values = values.map(|value| value.map_or_else(none, |value| format!("{value:.4}")));
+            rows.push([scene.name.clone(), m.rays.to_string()].into_iter().chain(values).collect());
+        }
+    }
+    rows
+}
+
+fn none() -> String {
+    "-".to_owned()
+}
+
+/// Columns as wide as what is in them.
+fn print_table<const N: usize>(title: &str, head: [&str; N], rows: impl IntoIterator<Item = Vec<String>>) {
+    let mut lines = vec![head.map(str::to_owned).to_vec()];
+    lines.extend(rows);
+    let widths: [usize; N] =
+        std::array::from_fn(|k| lines.iter().map(|line| line[k].len()).max().unwrap_or_default());
+    println!("{title}");
+    for line in lines {
+        let cells: Vec<_> = line.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+        println!("{}", cells.join("  "));
+    }
+    println!();
+}

@@ -1,0 +1,107 @@
+//! How long carve frames take beside those of a dense LAO as published, and what other carvers add.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use serde_json::json;
+
+use crate::{
+    Options,
+    common::carver::Carver,
+    counting::{CARVER, CountingScene, ball},
+    figures::{FrameTimes, merged},
+    stage::Stage,
+};
+
+/// Times the opaque engine.
+pub fn run(options: &Options) -> Result<(), String> {
+    let Some(mut stage) = CountingScene::EngineOpaque.open(options)? else {
+        return Ok(());
+    };
+    let [dense, published] = published(&mut stage, options.slow_frames)?;
+    let ours = ours(&mut stage, options)?;
+    for (case, times) in [("dense LAO, published", dense), ("CAO, published", published), ("CAO", ours)] {
+        let ratios = json!({
+            "case": case,
+            "dense_over_clip_and_cast": dense.clip_and_cast() / times.clip_and_cast(),
+            "dense_over_frame": dense.total / times.total,
+        });
+        stage.print(merged(ratios, times.to_json()));
+    }
+    at_rest(&mut stage, options);
+    more_carvers(&mut stage, options)
+}
+
+/// Dense LAO and CAO, both without any shortcut, a carver at its place: so CAO casts what is within its
+/// reach there, as published, and not also what was in its last place.
+pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], String> {
+    let pattern = stage.occlusion().pattern;
+    stage.prepare(ShadingMode::Solid, pattern)?;
+    stage.set_shortcuts(Shortcuts::NONE);
+    stage.set_mode(ShadingMode::Lao);
+    let dense = stage.medians(0, frames, |_, _| {});
+    stage.set_mode(ShadingMode::Cao);
+    // All at first.
+    let contextual = stage.medians(1, frames, |_, _| {});
+    stage.set_shortcuts(Shortcuts::default());
+    Ok([dense, contextual])
+}
+
+/// CAO with all shortcuts, a voxel of motion per frame.
+pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> {
+    stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
+    Ok(stage.medians(options.warmup, options.frames, Stage::carve))
+}
+
+/// Frames in which no carver moves.
+fn at_rest(stage: &mut Stage, options: &Options) {
+    let turning = |stage: &mut Stage, frame: u32| stage.turn_camera(frame as f32);
+    let turned = stage.medians(options.warmup, options.frames, turning);
+    stage.print(merged(json!({ "case": "camera turns 1 degree" }), turned.to_json()));
+    stage.turn_camera(0.0);
+    let rest = stage.medians(options.warmup, options.frames, |_, _| {});
+    let jobs = stage.jobs_at_rest();
+    stage.print(merged(json!({ "case": "at rest", "jobs": jobs }), rest.to_json()));
+}
+
+/// What others add that are at rest: one opposite the first, or 31 spread over the volume. The single
+/// carver is measured both before and after.
+fn more_carvers(stage: &mut Stage, options: &Options) -> Result<(), String> {
+    let geometry = stage.scene.geometry;
+    let second = [ball(&geometry, DVec3::ONE - CARVER, 0.14)];
+    let before = ours(stage, options)?;
+    let two = with(stage, &second, options)?;
+    let many = with(stage, &lattice(&geometry), options)?;
+    let after = ours(stage, options)?;
+    let one = FrameTimes::medians(&[before, after]);
+    for (carvers, times) in [(1, one), (2, two), (32, many)] {
+        let ratios = json!({
+            "case": "one carver moves",
+            "carvers": carvers,
+            "frame_over_one": times.total / one.total,
+            "clip_and_cast_over_one": times.clip_and_cast() / one.clip_and_cast(),
+        });
+        stage.print(merged(ratios, times.to_json()));
+    }
+    Ok(())
+}
+
+/// Small balls in the cells of a lattice over the grid, but for that of the first carver: 31.
+fn lattice(geometry: &VolumeGeometry) -> Vec<Carver> {
+    let cells = DVec3::new(4.0, 4.0, 2.0);
+    let places = (0..32).map(|k| (DVec3::from([k % 4, k / 4 % 4, k / 16].map(f64::from)) + 0.5) / cells);
+    places
+        .filter(|place| (place * cells).floor() != (CARVER * cells).floor())
+        .map(|place| ball(geometry, place, 0.07))
+        .collect()
+}
+
+/// Times the first carver among others.
+pub fn with(stage: &mut Stage, others: &[Carver], options: &Options) -> Result<FrameTimes, String> {
+    let world = stage.headless.app.world_mut();
+    let spawned: Vec<Entity> = others.iter().map(|carver| carver.spawn(world)).collect();
+    let times = ours(stage, options);
+    for carver in spawned {
+        stage.headless.app.world_mut().despawn(carver);
+    }
+    times
+}
