@@ -52,6 +52,7 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
     let bytes = bytes_per_voxel(stage);
     stage.print(json!({
         "published_voxels": published,
+        "published_share_of_voxels": ratio(published, stage.scene.voxels),
         "published_samples": published_samples,
         "recast_voxels": ours.voxels,
         "samples": ours.samples,
