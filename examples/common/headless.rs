@@ -33,7 +33,10 @@ use bevy_contextual_ao::{
     prelude::*,
     render::{VolumeStore, VolumeTexture, VoxelMask},
 };
-use std::path::PathBuf;
+use std::{
+    path::PathBuf,
+    time::{Duration, Instant},
+};
 
 /// The folder of this project: where Cargo runs it, which need not be where it was built.
 pub fn project_folder() -> PathBuf {
@@ -141,6 +144,19 @@ impl Headless {
         for _ in 0..count {
             self.frame();
         }
+    }
+
+    /// Runs frames until something holds, for up to a minute: shaders and meshes are read meanwhile, which
+    /// takes time and not a number of frames. Returns whether it came to hold.
+    pub fn frames_until(&mut self, holds: impl Fn(&Self) -> bool) -> bool {
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(60) {
+            self.frame();
+            if holds(self) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Runs frames until the volume has been read and drawn for the first time with all its

@@ -43,6 +43,8 @@ fn opaque_meshes_hide_and_are_hidden() {
     });
     let ball =
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_translation(view * 0.6))).id();
+    let is_drawn = |headless: &Headless| pixels(&headless.image(), is_red) > 0;
+    assert!(scene.headless.frames_until(is_drawn), "the mesh is not drawn");
     let mut red_at = |place: Vec3| {
         scene.world().entity_mut(ball).insert(Transform::from_translation(place));
         scene.headless.frame();
@@ -109,10 +111,13 @@ fn every_mode_and_every_kind_of_camera_draws() {
     ];
     for (name, change) in changes {
         change(&mut scene.world().entity_mut(camera));
+        // The image before this one must not pass for it.
         scene.headless.frames(3);
-        let image = scene.headless.image();
-        let background = image[..4].to_vec();
-        assert!(pixels(&image, |pixel| pixel != background) > 300, "{name}");
+        let shows_much = |headless: &Headless| {
+            let image = headless.image();
+            pixels(&image, |pixel| *pixel != image[..4]) > 300
+        };
+        assert!(scene.headless.frames_until(shows_much), "{name}");
     }
 }
 
