@@ -105,17 +105,22 @@ impl Headless {
         }
         app.finish();
         app.cleanup();
-        // Timestamps of software drivers say nothing about compute passes.
-        let device_type = app.world().resource::<RenderAdapterInfo>().device_type;
-        app.insert_resource(TimePassesByClock(format!("{device_type:?}") == "Cpu"));
-
         let extent = Extent3d { width: size.x, height: size.y, ..default() };
         let mut image =
             Image::new_target_texture(extent.width, extent.height, TextureFormat::Rgba8UnormSrgb, None);
         image.asset_usage = RenderAssetUsages::RENDER_WORLD;
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
-        Self { app, target }
+        let mut headless = Self { app, target };
+        // Timestamps of software drivers say nothing about compute passes.
+        let by_clock = TimePassesByClock(headless.is_software());
+        headless.app.insert_resource(by_clock);
+        headless
+    }
+
+    /// Whether the device is a CPU.
+    pub fn is_software(&self) -> bool {
+        format!("{:?}", self.app.world().resource::<RenderAdapterInfo>().device_type) == "Cpu"
     }
 
     /// What a camera that renders into the image needs.
@@ -249,15 +254,7 @@ impl Headless {
             let bit = (index * 64 + inside.z * 16 + inside.y * 4 + inside.x) as usize;
             bytes[bit / 8] >> (bit % 8) & 1 == 1
         };
-        (0..dimensions.element_product())
-            .map(|k| {
-                holds(UVec3::new(
-                    k % dimensions.x,
-                    k / dimensions.x % dimensions.y,
-                    k / (dimensions.x * dimensions.y),
-                ))
-            })
-            .collect()
+        (0..dimensions.element_product()).map(|index| holds(voxel_at(index, dimensions))).collect()
     }
 
     fn texture(&self, volume: Entity, which: VolumeTexture) -> Option<Texture> {
@@ -275,10 +272,9 @@ impl Headless {
         by_clock.or_else(|| latest_gpu_ms(self.diagnostics(), span)).unwrap_or(0.0)
     }
 
-    /// The ray cast's work in a frame before which `change` is made; none if no ray was cast.
-    pub fn count_work(&mut self, volume: Entity, change: impl FnOnce(&mut World)) -> Work {
+    /// The ray cast's work in a frame; none if no ray was cast.
+    pub fn count_work(&mut self, volume: Entity) -> Work {
         let world = self.app.world_mut();
-        change(world);
         let mode = world.get::<VolumeShading>(volume).map(|shading| shading.mode).unwrap_or_default();
         world.insert_resource(CountWork(true));
         let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(SPAN_RAY_CAST);
@@ -315,6 +311,17 @@ impl Headless {
     ) {
         self.app.sub_app_mut(RenderApp).add_systems(schedule, system);
     }
+}
+
+/// The voxel at an index of a volume's voxels: x fastest.
+pub fn voxel_at(index: u32, dimensions: UVec3) -> UVec3 {
+    let UVec3 { x, y, .. } = dimensions;
+    UVec3::new(index % x, index / x % y, index / (x * y))
+}
+
+/// Pixels that are not the same in two RGBA images of one size.
+pub fn different_pixels(a: &[u8], b: &[u8]) -> usize {
+    a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
 }
 
 /// Copies a texture to the CPU, its rows packed.

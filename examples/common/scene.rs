@@ -130,7 +130,7 @@ impl SceneOptions {
             if name == "all" {
                 return Ok(Shortcuts::NONE);
             }
-            let names = Shortcuts::NAMES.join(", ");
+            let names = Shortcuts::names().collect::<Vec<_>>().join(", ");
             shortcuts.without(name).ok_or_else(|| format!("--without {name}: expected all, {names}"))
         })
     }

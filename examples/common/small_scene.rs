@@ -49,12 +49,6 @@ pub fn solid_volume(dimensions: UVec3) -> Volume {
     volume_from(dimensions, DVec3::ONE, |_| 1.0)
 }
 
-/// The voxel at an index of a volume's voxels: x fastest.
-pub fn voxel_at(index: u32, dimensions: UVec3) -> UVec3 {
-    let UVec3 { x, y, .. } = dimensions;
-    UVec3::new(index % x, index / x % y, index / (x * y))
-}
-
 /// Whether an image shows the background alone: all its pixels are alike.
 pub fn is_empty(image: &[u8]) -> bool {
     image.chunks(4).all(|pixel| *pixel == image[..4])

@@ -4,10 +4,7 @@ use bevy_contextual_ao::prelude::*;
 use serde_json::json;
 
 use crate::{
-    Options,
-    counting::CountingScene,
-    figures::{count_different, merged},
-    stage::Stage,
+    Options, common::headless::different_pixels, counting::CountingScene, figures::merged, stage::Stage,
 };
 
 /// Measures the scene of the command line if it has a volume, else the opaque engine.
@@ -24,7 +21,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         return Err("--carver is missing: there would be nothing to measure".into());
     }
     let image = measure(&mut stage, "nothing", Shortcuts::default(), None, options)?;
-    for name in Shortcuts::NAMES {
+    for name in Shortcuts::names() {
         let shortcuts = Shortcuts::default().without(name);
         // What can be sampled is asked only where views are not.
         let (name, shortcuts) = match name {
@@ -66,7 +63,7 @@ fn measure(
         "distances": work.distances,
         "frames": frames,
         "ms_total_at_rest": rest.total,
-        "pixels_different_from_with_all": with_all.map(|with_all| count_different(&image, with_all)),
+        "pixels_different_from_with_all": with_all.map(|with_all| different_pixels(&image, with_all)),
     });
     stage.print(merged(figures, times.to_json()));
     Ok(image)

@@ -1,10 +1,6 @@
 //! The scene of the command line, carved: a line per shading mode and ray pattern.
 
-use crate::{
-    Options,
-    figures::{count_different, merged},
-    stage::Stage,
-};
+use crate::{Options, common::headless::different_pixels, figures::merged, stage::Stage};
 use bevy_contextual_ao::prelude::*;
 use serde_json::json;
 
@@ -35,7 +31,7 @@ fn measure(
     // One more carve frame, counted by itself.
     let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
     let different = (mode.uses_occlusion() && !mode.uses_light() && !options.no_check)
-        .then(|| count_different(&stage.image(), &stage.lao_image()));
+        .then(|| different_pixels(&stage.image(), &stage.lao_image()));
     stage.carve(0);
     let figures = json!({
         "mode": mode.name(),

@@ -10,10 +10,7 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use crate::{
-    Options,
-    counting::CountingScene,
-    figures::{count_different, ratio},
-    stage::Stage,
+    Options, common::headless::different_pixels, counting::CountingScene, figures::ratio, stage::Stage,
 };
 
 /// Frames in which the carver comes to its place.
@@ -47,7 +44,7 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
     let jobs_at_rest = stage.jobs_at_rest();
     let turned = stage.count(|stage| stage.turn_camera(1.0));
     stage.turn_camera(0.0);
-    let different = (!options.no_check).then(|| count_different(&image, &stage.lao_image()));
+    let different = (!options.no_check).then(|| different_pixels(&image, &stage.lao_image()));
     let edited = count_edit(stage);
     let bytes = bytes_per_voxel(stage);
     stage.print(json!({

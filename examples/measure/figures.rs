@@ -72,11 +72,6 @@ pub fn ratio(of: u64, by: u64) -> f64 {
     of as f64 / by as f64
 }
 
-/// Pixels that are not the same in two RGBA images of one size.
-pub fn count_different(a: &[u8], b: &[u8]) -> usize {
-    a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
-}
-
 /// How far values are from true ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {

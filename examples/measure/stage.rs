@@ -190,7 +190,7 @@ impl Stage {
     /// The ray cast's work in a frame before which `change` is made.
     pub fn count(&mut self, change: impl FnOnce(&mut Self)) -> Work {
         change(self);
-        self.headless.count_work(self.scene.volume, |_| {})
+        self.headless.count_work(self.scene.volume)
     }
 
     /// Jobs that passes did in a frame in which nothing changed.

@@ -1,6 +1,6 @@
 //! Which work is left out because it cannot change the image.
 
-use bevy::prelude::*;
+use bevy::{prelude::*, reflect::Typed};
 
 /// Ways of leaving out work without changing a bit of the image. All are on; each can be switched off
 /// by itself, to see what it is worth or to suspect it of a fault.
@@ -32,52 +32,36 @@ pub struct Shortcuts {
 
 impl Shortcuts {
     /// The algorithm as published.
-    pub const NONE: Self = Self {
-        rest: false,
-        lists: false,
-        demand: false,
-        sampleable: false,
-        early_end: false,
-        leaps: false,
-        draw_leaps: false,
-        near_carvers: false,
-    };
-}
+    pub const NONE: Self = Self::all(false);
 
-impl Shortcuts {
-    /// All by name.
-    pub const NAMES: [&str; 8] =
-        ["rest", "lists", "demand", "sampleable", "early_end", "leaps", "draw_leaps", "near_carvers"];
+    const fn all(is_on: bool) -> Self {
+        Self {
+            rest: is_on,
+            lists: is_on,
+            demand: is_on,
+            sampleable: is_on,
+            early_end: is_on,
+            leaps: is_on,
+            draw_leaps: is_on,
+            near_carvers: is_on,
+        }
+    }
 
-    /// These, without the one of a name among [`Shortcuts::NAMES`]; `None` for any other name.
+    /// The names of all.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let info = <Self as Typed>::type_info().as_struct();
+        info.into_iter().flat_map(|info| info.field_names()).copied()
+    }
+
+    /// These, without the one of a name among [`Shortcuts::names`]; `None` for any other name.
     pub fn without(mut self, name: &str) -> Option<Self> {
-        let shortcut = match name {
-            "rest" => &mut self.rest,
-            "lists" => &mut self.lists,
-            "demand" => &mut self.demand,
-            "sampleable" => &mut self.sampleable,
-            "early_end" => &mut self.early_end,
-            "leaps" => &mut self.leaps,
-            "draw_leaps" => &mut self.draw_leaps,
-            "near_carvers" => &mut self.near_carvers,
-            _ => return None,
-        };
-        *shortcut = false;
+        *self.get_field_mut::<bool>(name)? = false;
         Some(self)
     }
 }
 
 impl Default for Shortcuts {
     fn default() -> Self {
-        Self {
-            rest: true,
-            lists: true,
-            demand: true,
-            sampleable: true,
-            early_end: true,
-            leaps: true,
-            draw_leaps: true,
-            near_carvers: true,
-        }
+        Self::all(true)
     }
 }

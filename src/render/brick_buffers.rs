@@ -11,13 +11,14 @@ use bevy::{
     },
 };
 
-use super::dispatch::brick_counts;
+use super::compute_pass::brick_counts;
 use crate::{diagnostics::GpuUsage, volume::LookupTable};
 
 /// Words of a mask of voxels in a brick.
 const MASK_WORDS: u32 = 2;
-/// Masks of voxels (`voxel_masks.wgsl`).
-const MASKS: u32 = 3;
+/// Masks of voxels (`bricks.wgsl`), one of them of the voxels that are to be cast.
+pub(crate) const MASKS: u32 = 3;
+pub(crate) const PENDING: u32 = 1;
 /// Words before the items of a list (`work_list.wgsl`).
 const LIST_HEAD: u32 = 4;
 
@@ -75,21 +76,10 @@ impl BrickBuffers {
         queue.write_buffer(list, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0]));
     }
 
-    /// First byte and size of the mask of pending voxels.
-    pub fn pending(&self) -> (u64, u64) {
+    /// First byte and size of a mask of voxels.
+    pub fn mask(&self, mask: u32) -> (u64, u64) {
         let bytes = self.voxel_masks.size() / MASKS as u64;
-        (bytes, bytes)
-    }
-
-    /// First byte and size of the mask of valid voxels.
-    pub fn valid(&self) -> (u64, u64) {
-        (0, self.voxel_masks.size() / MASKS as u64)
-    }
-
-    /// First byte and size of the mask of hidden voxels.
-    pub fn hidden(&self) -> (u64, u64) {
-        let (first, bytes) = self.pending();
-        (first + bytes, bytes)
+        (mask as u64 * bytes, bytes)
     }
 
     pub fn usage(&self) -> GpuUsage {

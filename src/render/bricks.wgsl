@@ -1,12 +1,33 @@
 // Bricks of 4x4x4 voxels: the grain in which passes find what they have to do. Voxels have one bit
-// each in masks of two words a brick.
+// each in masks of two words a brick; the masks of all bricks stand one after the other.
 
 #define_import_path bevy_contextual_ao::bricks
 
 #import bevy_contextual_ao::volume_bindings::volume
 
+// Its occlusion is up to date, or will be when this frame's rays are cast.
+const VALID: u32 = 0u;
+// It is to be cast in this frame.
+const PENDING: u32 = 1u;
+// No point that is drawn reads it.
+const HIDDEN: u32 = 2u;
+const MASKS: u32 = 3u;
+
+// Invocations of a workgroup in passes that visit all bricks.
+const WIDTH: u32 = 64u;
+
 fn brick_counts() -> vec3<u32> {
     return (volume.dimensions + 3u) / 4u;
+}
+
+fn number_of_bricks() -> u32 {
+    let bricks = brick_counts();
+    return bricks.x * bricks.y * bricks.z;
+}
+
+// The brick of an invocation in a pass that visits all; behind the last one there may be more.
+fn visited_brick(id: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return id.y * groups.x * WIDTH + id.x;
 }
 
 fn brick_at(index: u32) -> vec3<u32> {
@@ -29,6 +50,11 @@ fn brick_center_mm(brick: vec3<u32>) -> vec3<f32> {
     return (volume.local_from_voxel * vec4(4.0 * vec3<f32>(brick) + 1.5, 1.0)).xyz;
 }
 
+// Where a word of a mask is.
+fn mask_at(mask: u32, word: u32) -> u32 {
+    return mask * 2u * number_of_bricks() + word;
+}
+
 // Where masks hold a voxel: the word, and the place in it.
 fn mask_word(voxel: vec3<u32>) -> u32 {
     return 2u * brick_index(voxel / 4u) + ((voxel.z >> 1u) & 1u);
@@ -47,6 +73,14 @@ fn voxel_of_word(word: u32) -> vec3<u32> {
     return 4u * brick_at(word >> 1u) + vec3(0u, 0u, 2u * (word & 1u));
 }
 
+// Steps of a ray from a point until it leaves a box.
+fn steps_to_leave(p: vec3<f32>, step: vec3<f32>, lower: vec3<f32>, upper: vec3<f32>) -> f32 {
+    let still = abs(step) < vec3(1e-6);
+    let bound = select(lower, upper, step > vec3(0.0));
+    let steps = select((bound - p) / select(step, vec3(1.0), still), vec3(1e6), still);
+    return min(steps.x, min(steps.y, steps.z));
+}
+
 // Samples that a ray takes, from this one on, before it leaves the bricks that are nearer than
 // `distance` (above 0; bricks, Chebyshev) to that of the point. Point and step in voxels. Where these
 // are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
@@ -54,8 +88,5 @@ fn samples_within(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
     let brick = floor(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5) / 4.0);
     let lower = 4.0 * (brick - f32(distance - 1u));
     let upper = 4.0 * (brick + f32(distance));
-    let still = abs(step) < vec3(1e-6);
-    let bound = select(lower, upper, step > vec3(0.0));
-    let steps = select((bound - p) / select(step, vec3(1.0), still), vec3(1e6), still);
-    return u32(clamp(ceil(min(steps.x, min(steps.y, steps.z))), 1.0, 1e6));
+    return u32(clamp(ceil(steps_to_leave(p, step, lower, upper)), 1.0, 1e6));
 }

@@ -5,9 +5,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
-            CachedComputePipelineId, CommandEncoder, ComputePipelineDescriptor, PipelineCache, ShaderStages,
-            StorageTextureAccess,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, StorageTextureAccess,
             binding_types::{
                 storage_buffer_read_only, storage_buffer_read_only_sized, texture_storage_3d, uniform_buffer,
             },
@@ -18,84 +16,60 @@ use bevy::{
 
 use super::{
     brick_buffers::work_layout,
-    dispatch::{Groups, dispatch},
+    carver_uniform::CarverUniform,
+    compute_pass::{ComputePass, PassDescriptor},
     formats::Formats,
+    pass_uniforms::OcclusionPassUniform,
     volume_bindings,
     volume_store::VolumeResources,
-    volume_uniform::{CarverUniform, OcclusionPassUniform},
 };
 
-#[derive(Resource)]
-pub(crate) struct ClipPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-}
+/// Visits the bricks of a list.
+#[derive(Resource, Deref)]
+pub(crate) struct ClipPass(ComputePass);
 
-impl FromWorld for ClipPipeline {
+impl FromWorld for ClipPass {
     fn from_world(world: &mut World) -> Self {
-        let formats = world.resource::<Formats>();
         let read = storage_buffer_read_only_sized(false, None);
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_clip",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (
-                    uniform_buffer::<OcclusionPassUniform>(false),
-                    read,
-                    read,
-                    storage_buffer_read_only::<Vec<CarverUniform>>(false),
-                    read,
-                    texture_storage_3d(formats.scalar, StorageTextureAccess::WriteOnly),
-                ),
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                read,
+                read,
+                uniform_buffer::<OcclusionPassUniform>(false),
+                storage_buffer_read_only::<Vec<CarverUniform>>(false),
+                read,
+                texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
             ),
         );
-        let descriptor = ComputePipelineDescriptor {
-            label: Some("contextual_ao_clip".into()),
-            layout: vec![volume_bindings::bricks_layout(), layout.clone(), work_layout()],
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_clip",
             shader: load_embedded_asset!(world, "clip.wgsl"),
-            shader_defs: formats.shader_defs(),
-            zero_initialize_workgroup_memory: true,
+            before: vec![volume_bindings::bricks_layout()],
+            own: &own,
+            behind: vec![work_layout()],
+            zeroes_memory: true,
             ..default()
         };
-        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
+        Self(ComputePass::new(world, descriptor))
     }
 }
 
-impl ClipPipeline {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
-    }
-
-    pub fn bind(
+impl ClipPass {
+    pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> Option<BindGroup> {
-        Some(device.create_bind_group(
-            "contextual_ao_clip",
-            &cache.get_bind_group_layout(&self.layout),
-            &BindGroupEntries::sequential((
-                volume.pass.binding()?,
-                volume.bricks.opaque_before.as_entire_binding(),
-                volume.bricks.ranges.as_entire_binding(),
-                volume.changes.binding()?,
-                volume.bricks.brick_list.as_entire_binding(),
-                &volume.opacities.view,
-            )),
-        ))
-    }
-
-    /// Visits the bricks of a list.
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        bind_groups: [&BindGroup; 3],
-        list: &Buffer,
-        cache: &PipelineCache,
-    ) {
-        if let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) {
-            dispatch(encoder, "contextual_ao_clip", pipeline, bind_groups, Groups::Listed(list));
-        }
+        let resources = (
+            volume.bricks.opaque_before.as_entire_binding(),
+            volume.bricks.ranges.as_entire_binding(),
+            volume.pass.binding()?,
+            volume.changes.binding()?,
+            volume.bricks.brick_list.as_entire_binding(),
+            &volume.opacities.view,
+        );
+        Some(self.bind(resources, cache, device))
     }
 }

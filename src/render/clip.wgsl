@@ -9,19 +9,18 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::near_carvers,
-    bricks::{brick_at, mask_bit},
+    bricks::{HIDDEN, PENDING, VALID, brick_at, mask_at, mask_bit},
     clip_test::is_affected,
     coverage::{clip_voxel, local_position},
     emptiness::{is_brick_transparent, is_range_transparent},
+    listed::{NOTHING, listed_item},
     occlusion_pass::{BRICK_CLIPS, QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, occlusion_pass},
     volume_bindings::{Carver, classify_intensity, correct_opacity, intensities, volume},
-    voxel_masks::{HIDDEN, PENDING, VALID, mask_at, voxel_masks},
+    voxel_masks::voxel_masks,
     work_list::append,
 }
 
 @group(1) @binding(3) var<storage, read> changes: array<Carver>;
-// The list of bricks, from its head of four words on.
-@group(1) @binding(4) var<storage, read> bricks: array<u32>;
 #ifdef STORE_R8
 @group(1) @binding(5) var opacities: texture_storage_3d<r8unorm, write>;
 #else
@@ -40,11 +39,10 @@ fn clip(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = group.y * groups.x + group.x;
-    if index >= bricks[3] {
+    let item = listed_item(group, groups);
+    if item == NOTHING {
         return;
     }
-    let item = bricks[4u + index];
     let brick = item & ~BRICK_CLIPS;
     let clips = (item & BRICK_CLIPS) != 0u;
     let voxel = 4u * brick_at(brick) + local;

@@ -72,13 +72,18 @@ fn is_affected(carver: Carver, position_mm: vec3<f32>) -> bool {
     return select(!is_in.y, is_in.x, carver.operation == OPERATION_SUBTRACT);
 }
 
+// Clip map space → texels of a carver's dilation map.
+fn to_dilation_map(carver: Carver, p: vec2<f32>) -> vec2<f32> {
+    return (p * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size;
+}
+
 // Whether a point (clip map space) lies in the mesh of a carver inflated (x) and shrunk (y).
 fn is_in_dilation(carver: Carver, p: vec3<f32>) -> vec2<bool> {
-    let uv = p.xy * carver.dilation_scale + carver.dilation_offset;
-    if !is_in_unit_square(uv) {
+    let place = to_dilation_map(carver, p.xy);
+    if any(place < vec2(0.0)) || any(place >= vec2(volume.dilation_map_size)) {
         return vec2(false);
     }
-    let texel = vec2<u32>(uv * volume.dilation_map_size);
+    let texel = vec2<u32>(place);
     var is_in = vec2(false);
     for (var layer = carver.first_layer; layer < carver.end_layer; layer += 1u) {
         let bounds = textureLoad(dilation_maps, texel, layer, 0);
@@ -105,8 +110,8 @@ fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxCl
     let edges = transpose(rows) * half_mm;
     let half = abs(edges[0]) + abs(edges[1]) + abs(edges[2]);
     let p = to_clip_map(carver, center_mm);
-    let first = floor(((p.xy - half.xy) * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size);
-    let last = floor(((p.xy + half.xy) * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size);
+    let first = floor(to_dilation_map(carver, p.xy - half.xy));
+    let last = floor(to_dilation_map(carver, p.xy + half.xy));
     let limit = volume.dilation_map_size - 1.0;
     let is_inside_map = all(first >= vec2(0.0)) && all(last <= vec2(limit));
     let low = vec2<i32>(clamp(first, vec2(0.0), vec2(limit)));

@@ -6,9 +6,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
-            BufferDescriptor, BufferUsages, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
-            ComputePipelineDescriptor, PipelineCache, ShaderStages, TextureSampleType,
+            BindGroup, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
+            PipelineCache, ShaderStages, TextureSampleType,
             binding_types::{storage_buffer_sized, texture_2d},
         },
         renderer::RenderDevice,
@@ -20,6 +19,7 @@ use super::{
     clip_keys::DepthKey,
     clip_maps::ClipMaps,
     clip_textures::ClipTextures,
+    compute_pass::{ComputePass, Groups, PassDescriptor},
     surface_count::SurfaceCount,
 };
 
@@ -32,39 +32,29 @@ pub(crate) fn request_counts(mut clip_maps: ResMut<ClipMaps>, device: Res<Render
     }
 }
 
-#[derive(Resource)]
-pub(crate) struct CountPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-}
+#[derive(Resource, Deref)]
+pub(crate) struct CountPass(ComputePass);
 
-impl FromWorld for CountPipeline {
+impl FromWorld for CountPass {
     fn from_world(world: &mut World) -> Self {
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_count_surfaces",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (
-                    texture_2d(TextureSampleType::Float { filterable: false }),
-                    storage_buffer_sized(false, core::num::NonZeroU64::new(BYTES)),
-                ),
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_2d(TextureSampleType::Float { filterable: false }),
+                storage_buffer_sized(false, core::num::NonZeroU64::new(BYTES)),
             ),
         );
-        let descriptor = ComputePipelineDescriptor {
-            label: Some("contextual_ao_count_surfaces".into()),
-            layout: vec![layout.clone()],
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_count_surfaces",
             shader: load_embedded_asset!(world, "count_surfaces.wgsl"),
+            own: &own,
             ..default()
         };
-        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
+        Self(ComputePass::new(world, descriptor))
     }
 }
 
-impl CountPipeline {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
-    }
-
+impl CountPass {
     /// Begins to count the surfaces of a mesh.
     pub fn begin(
         &self,
@@ -86,11 +76,7 @@ impl CountPipeline {
         let most = buffer("contextual_ao_surface_count", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
         let staging =
             buffer("contextual_ao_surface_count_read", BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        let group = device.create_bind_group(
-            "contextual_ao_count_surfaces",
-            &cache.get_bind_group_layout(&self.layout),
-            &BindGroupEntries::sequential((&textures.counts.view, most.as_entire_binding())),
-        );
+        let group = self.bind((&textures.counts.view, most.as_entire_binding()), cache, device);
         count.expect(key, staging.clone());
         CountJob { draw, group, most, staging }
     }
@@ -108,24 +94,14 @@ impl CountJob {
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
-        pipeline: &CountPipeline,
+        pass: &CountPass,
         textures: &ClipTextures,
         source: &MeshSource,
     ) {
-        let Some(pipeline) = source.cache.get_compute_pipeline(pipeline.pipeline) else {
-            return;
-        };
         self.draw.encode(Draw::Count, encoder, &textures.counts.view, None, source);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-            label: Some("contextual_ao_count_surfaces"),
-            timestamp_writes: None,
-        });
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &self.group, &[]);
         // An invocation has 16x16 texels, a workgroup 8x8 invocations.
-        let groups = textures.depth_map_size.div_ceil(16 * 8);
-        pass.dispatch_workgroups(groups, groups, 1);
-        drop(pass);
+        let groups = Groups::Square(textures.depth_map_size.div_ceil(16 * 8));
+        pass.encode(encoder, [&self.group], groups, source.cache);
         encoder.copy_buffer_to_buffer(&self.most, 0, &self.staging, 0, BYTES);
     }
 }

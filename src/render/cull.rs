@@ -5,8 +5,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedComputePipelineId, CommandEncoder, ComputePipelineDescriptor, PipelineCache, ShaderStages,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages,
             binding_types::{
                 storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized,
                 uniform_buffer,
@@ -18,80 +17,56 @@ use bevy::{
 
 use super::{
     brick_buffers::work_layout,
-    dispatch::{Groups, dispatch},
-    formats::Formats,
+    carver_uniform::CarverUniform,
+    compute_pass::{ComputePass, PassDescriptor},
+    pass_uniforms::OcclusionPassUniform,
     volume_bindings,
     volume_store::VolumeResources,
-    volume_uniform::{CarverUniform, OcclusionPassUniform},
 };
 
-#[derive(Resource)]
-pub(crate) struct CullPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-}
+/// Visits all bricks.
+#[derive(Resource, Deref)]
+pub(crate) struct CullPass(ComputePass);
 
-impl FromWorld for CullPipeline {
+impl FromWorld for CullPass {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_cull",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (
-                    uniform_buffer::<OcclusionPassUniform>(false),
-                    read,
-                    read,
-                    storage_buffer_read_only::<Vec<CarverUniform>>(false),
-                    storage_buffer_sized(false, None),
-                ),
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                read,
+                read,
+                uniform_buffer::<OcclusionPassUniform>(false),
+                storage_buffer_read_only::<Vec<CarverUniform>>(false),
+                storage_buffer_sized(false, None),
             ),
         );
-        let descriptor = ComputePipelineDescriptor {
-            label: Some("contextual_ao_cull".into()),
-            layout: vec![volume_bindings::compute_layout(), layout.clone(), work_layout()],
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_cull",
             shader: load_embedded_asset!(world, "cull.wgsl"),
-            shader_defs: world.resource::<Formats>().shader_defs(),
+            before: vec![volume_bindings::compute_layout()],
+            own: &own,
+            behind: vec![work_layout()],
             ..default()
         };
-        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
+        Self(ComputePass::new(world, descriptor))
     }
 }
 
-impl CullPipeline {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
-    }
-
-    pub fn bind(
+impl CullPass {
+    pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> Option<BindGroup> {
-        Some(device.create_bind_group(
-            "contextual_ao_cull",
-            &cache.get_bind_group_layout(&self.layout),
-            &BindGroupEntries::sequential((
-                volume.pass.binding()?,
-                volume.bricks.opaque_before.as_entire_binding(),
-                volume.bricks.ranges.as_entire_binding(),
-                volume.changes.binding()?,
-                volume.bricks.near_carvers.as_entire_binding(),
-            )),
-        ))
-    }
-
-    /// Visits all bricks.
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        bind_groups: [&BindGroup; 3],
-        bricks: u32,
-        cache: &PipelineCache,
-    ) {
-        if let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) {
-            dispatch(encoder, "contextual_ao_cull", pipeline, bind_groups, Groups::Bricks(bricks));
-        }
+        let resources = (
+            volume.bricks.opaque_before.as_entire_binding(),
+            volume.bricks.ranges.as_entire_binding(),
+            volume.pass.binding()?,
+            volume.changes.binding()?,
+            volume.bricks.near_carvers.as_entire_binding(),
+        );
+        Some(self.bind(resources, cache, device))
     }
 }

@@ -3,7 +3,7 @@
 // only when everything is.
 
 #import bevy_contextual_ao::{
-    bricks::{brick_at, brick_center_mm, brick_counts},
+    bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, visited_brick},
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
     occlusion_pass::{BRICK_CLIPS, QUEUE_NONE, occlusion_pass},
@@ -15,11 +15,10 @@
 @group(1) @binding(3) var<storage, read> changes: array<Carver>;
 @group(1) @binding(4) var<storage, read_write> near_carvers: array<u32>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WIDTH)
 fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    let bricks = brick_counts();
-    if index >= bricks.x * bricks.y * bricks.z {
+    let index = visited_brick(id, groups);
+    if index >= number_of_bricks() {
         return;
     }
     let center_mm = brick_center_mm(brick_at(index));

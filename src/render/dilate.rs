@@ -5,9 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
-            PipelineCache, ShaderStages, ShaderType, StorageTextureAccess, TextureSampleType, UniformBuffer,
+            BindGroup, BindGroupLayoutEntries, CommandEncoder, PipelineCache, ShaderStages, ShaderType,
+            StorageTextureAccess, TextureSampleType, UniformBuffer,
             binding_types::{
                 texture_2d, texture_2d_array, texture_storage_2d, texture_storage_2d_array, uniform_buffer,
             },
@@ -19,6 +18,7 @@ use bevy::{
 use super::{
     clip_keys::DilationKey,
     clip_textures::{ClipTextures, DILATION_FORMAT},
+    compute_pass::{ComputePass, Groups, PassDescriptor},
 };
 
 /// The dilation of one layer, as `Dilation` in WGSL.
@@ -32,69 +32,55 @@ struct DilationUniform {
 }
 
 #[derive(Resource)]
-pub(crate) struct DilatePipelines {
-    reduce_layout: BindGroupLayoutDescriptor,
-    dilate_layout: BindGroupLayoutDescriptor,
-    reduce: CachedComputePipelineId,
-    dilate: CachedComputePipelineId,
+pub(crate) struct DilatePasses {
+    reduce: ComputePass,
+    dilate: ComputePass,
 }
 
-impl FromWorld for DilatePipelines {
+impl FromWorld for DilatePasses {
     fn from_world(world: &mut World) -> Self {
         let format = DILATION_FORMAT;
         let exact = TextureSampleType::Float { filterable: false };
         let access = StorageTextureAccess::WriteOnly;
-        let reduce_layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_reduce",
-            &BindGroupLayoutEntries::sequential(
+        let uniform = uniform_buffer::<DilationUniform>(false);
+        let shader: Handle<Shader> = load_embedded_asset!(world, "dilate.wgsl");
+        let reduce = PassDescriptor {
+            name: "contextual_ao_reduce",
+            shader: shader.clone(),
+            entry_point: Some("reduce"),
+            shader_defs: vec!["REDUCE".into()],
+            own: &BindGroupLayoutEntries::sequential(
                 ShaderStages::COMPUTE,
-                (
-                    uniform_buffer::<DilationUniform>(false),
-                    texture_2d_array(exact),
-                    texture_storage_2d(format, access),
-                ),
+                (uniform, texture_2d_array(exact), texture_storage_2d(format, access)),
             ),
-        );
-        let dilate_layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_dilate",
-            &BindGroupLayoutEntries::sequential(
+            ..default()
+        };
+        let dilate = PassDescriptor {
+            name: "contextual_ao_dilate",
+            shader,
+            entry_point: Some("dilate"),
+            own: &BindGroupLayoutEntries::sequential(
                 ShaderStages::COMPUTE,
                 (
-                    uniform_buffer::<DilationUniform>(false),
+                    uniform,
                     texture_2d_array(exact),
                     texture_2d(exact),
                     texture_storage_2d_array(format, access),
                 ),
             ),
-        );
-        let shader: Handle<Shader> = load_embedded_asset!(world, "dilate.wgsl");
-        let cache = world.resource::<PipelineCache>();
-        let queue = |name: &'static str, layout: &BindGroupLayoutDescriptor, defs: &[&str]| {
-            cache.queue_compute_pipeline(ComputePipelineDescriptor {
-                label: Some(format!("contextual_ao_{name}").into()),
-                layout: vec![layout.clone()],
-                shader: shader.clone(),
-                shader_defs: defs.iter().map(|&def| def.into()).collect(),
-                entry_point: Some(name.into()),
-                ..default()
-            })
+            ..default()
         };
-        Self {
-            reduce: queue("reduce", &reduce_layout, &["REDUCE"]),
-            dilate: queue("dilate", &dilate_layout, &[]),
-            reduce_layout,
-            dilate_layout,
-        }
+        Self { reduce: ComputePass::new(world, reduce), dilate: ComputePass::new(world, dilate) }
     }
 }
 
-impl DilatePipelines {
+impl DilatePasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        [self.reduce, self.dilate].into_iter().all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
+        self.reduce.is_ready(cache) && self.dilate.is_ready(cache)
     }
 
     /// Puts the dilation of one layer where the shader reads it.
-    pub fn bind(
+    pub fn bind_layer(
         &self,
         key: DilationKey,
         layer: u32,
@@ -112,23 +98,11 @@ impl DilatePipelines {
             frame_size: frame.size,
         });
         uniform.write_buffer(device, queue);
-        let uniform = uniform.binding()?;
+        let (uniform, depth, tiles) = (uniform.binding()?, &textures.depth.view, &textures.tiles.view);
+        let dilation = &textures.dilation.view;
         Some(DilateJob {
-            reduce: device.create_bind_group(
-                "contextual_ao_reduce",
-                &cache.get_bind_group_layout(&self.reduce_layout),
-                &BindGroupEntries::sequential((uniform.clone(), &textures.depth.view, &textures.tiles.view)),
-            ),
-            dilate: device.create_bind_group(
-                "contextual_ao_dilate",
-                &cache.get_bind_group_layout(&self.dilate_layout),
-                &BindGroupEntries::sequential((
-                    uniform,
-                    &textures.depth.view,
-                    &textures.tiles.view,
-                    &textures.dilation.view,
-                )),
-            ),
+            reduce: self.reduce.bind((uniform.clone(), depth, tiles), cache, device),
+            dilate: self.dilate.bind((uniform, depth, tiles, dilation), cache, device),
         })
     }
 }
@@ -143,26 +117,14 @@ impl DilateJob {
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
-        pipelines: &DilatePipelines,
+        passes: &DilatePasses,
         textures: &ClipTextures,
         cache: &PipelineCache,
     ) {
         // The reduction has a tile per invocation, the dilation a texel per workgroup.
-        let passes = [
-            (pipelines.reduce, &self.reduce, textures.tile_count().div_ceil(8)),
-            (pipelines.dilate, &self.dilate, textures.dilation_map_size()),
-        ];
-        for (pipeline, bind_group, groups) in passes {
-            let Some(pipeline) = cache.get_compute_pipeline(pipeline) else {
-                return;
-            };
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-                label: Some("contextual_ao_dilate"),
-                timestamp_writes: None,
-            });
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
-            pass.dispatch_workgroups(groups, groups, 1);
-        }
+        let tiles = Groups::Pixels(UVec2::splat(textures.tile_count()));
+        passes.reduce.encode(encoder, [&self.reduce], tiles, cache);
+        let texels = Groups::Square(textures.dilation_map_size());
+        passes.dilate.encode(encoder, [&self.dilate], texels, cache);
     }
 }

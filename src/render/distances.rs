@@ -5,9 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
-            CachedComputePipelineId, CommandEncoder, ComputePipelineDescriptor, PipelineCache, ShaderStages,
-            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer},
+            BindGroup, BindGroupLayoutEntries, Buffer, CommandEncoder, PipelineCache, ShaderStages,
+            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized},
         },
         renderer::RenderDevice,
     },
@@ -15,87 +14,64 @@ use bevy::{
 };
 
 use super::{
-    dispatch::{Groups, dispatch},
-    formats::Formats,
+    compute_pass::{ComputePass, Groups, PassDescriptor},
     volume_bindings,
     volume_store::VolumeResources,
-    volume_uniform::OcclusionPassUniform,
 };
 
+/// What is occupied, then a sweep along each axis; each visits all bricks.
 #[derive(Resource)]
-pub(crate) struct DistancePipelines {
-    layout: BindGroupLayoutDescriptor,
-    /// What is occupied, then a sweep along each axis.
-    steps: [CachedComputePipelineId; 4],
-}
+pub(crate) struct DistancePasses([ComputePass; 4]);
 
-impl FromWorld for DistancePipelines {
+impl FromWorld for DistancePasses {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_distances",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (
-                    uniform_buffer::<OcclusionPassUniform>(false),
-                    read,
-                    read,
-                    storage_buffer_sized(false, None),
-                    read,
-                ),
-            ),
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (read, read, storage_buffer_sized(false, None), read),
         );
         let shader: Handle<Shader> = load_embedded_asset!(world, "distances.wgsl");
-        let formats = world.resource::<Formats>();
-        let cache = world.resource::<PipelineCache>();
         let axis = |axis| ShaderDefVal::UInt("AXIS".into(), axis);
-        let steps = ["OCCUPY".into(), axis(0), axis(1), axis(2)].map(|step| {
-            let mut shader_defs = formats.shader_defs();
-            shader_defs.push(step);
-            cache.queue_compute_pipeline(ComputePipelineDescriptor {
-                label: Some("contextual_ao_distances".into()),
-                layout: vec![volume_bindings::compute_layout(), layout.clone()],
+        Self(["OCCUPY".into(), axis(0), axis(1), axis(2)].map(|step| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_distances",
                 shader: shader.clone(),
-                shader_defs,
+                shader_defs: vec![step],
+                before: vec![volume_bindings::compute_layout()],
+                own: &own,
                 ..default()
-            })
-        });
-        Self { layout, steps }
+            };
+            ComputePass::new(world, descriptor)
+        }))
     }
 }
 
-impl DistancePipelines {
+impl DistancePasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.steps.iter().all(|step| cache.get_compute_pipeline(*step).is_some())
+        self.0.iter().all(|step| step.is_ready(cache))
     }
 
     /// One group for each step.
-    pub fn bind(
+    pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         cache: &PipelineCache,
         device: &RenderDevice,
-    ) -> Option<[BindGroup; 4]> {
+    ) -> [BindGroup; 4] {
         let bricks = &volume.bricks;
-        let pass = volume.pass.binding()?;
-        let bind = |written: &Buffer, read: &Buffer| {
-            device.create_bind_group(
-                "contextual_ao_distances",
-                &cache.get_bind_group_layout(&self.layout),
-                &BindGroupEntries::sequential((
-                    pass.clone(),
-                    bricks.opaque_before.as_entire_binding(),
-                    bricks.ranges.as_entire_binding(),
-                    written.as_entire_binding(),
-                    read.as_entire_binding(),
-                )),
-            )
+        let bind = |step: usize, written: &Buffer, read: &Buffer| {
+            let resources = (
+                bricks.opaque_before.as_entire_binding(),
+                bricks.ranges.as_entire_binding(),
+                written.as_entire_binding(),
+                read.as_entire_binding(),
+            );
+            self.0[step].bind(resources, cache, device)
         };
         let (to, fro) = (&bricks.distances, &bricks.other_distances);
-        Some([bind(fro, &bricks.voxel_masks), bind(to, fro), bind(fro, to), bind(to, fro)])
+        [bind(0, fro, &bricks.voxel_masks), bind(1, to, fro), bind(2, fro, to), bind(3, to, fro)]
     }
 
-    /// Visits all bricks.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
@@ -104,11 +80,8 @@ impl DistancePipelines {
         bricks: u32,
         cache: &PipelineCache,
     ) {
-        for (pipeline, step) in self.steps.iter().zip(steps) {
-            if let Some(pipeline) = cache.get_compute_pipeline(*pipeline) {
-                let groups = [volume, step];
-                dispatch(encoder, "contextual_ao_distances", pipeline, groups, Groups::Bricks(bricks));
-            }
+        for (pass, step) in self.0.iter().zip(steps) {
+            pass.encode(encoder, [volume, step], Groups::Bricks(bricks), cache);
         }
     }
 }

@@ -5,17 +5,16 @@
 // Distances are capped, so each is a search that ends at the first that cannot be bettered.
 
 #import bevy_contextual_ao::{
-    bricks::{brick_at, brick_counts, brick_index},
+    bricks::{HIDDEN, WIDTH, brick_at, brick_counts, brick_index, mask_at, number_of_bricks, visited_brick},
     emptiness::is_brick_transparent,
     volume_bindings::volume,
 }
 
-@group(1) @binding(3) var<storage, read_write> found: array<u32>;
+@group(1) @binding(2) var<storage, read_write> found: array<u32>;
 #ifdef OCCUPY
-// Masks of hidden voxels come last of three.
-@group(1) @binding(4) var<storage, read> voxel_masks: array<u32>;
+@group(1) @binding(3) var<storage, read> voxel_masks: array<u32>;
 #else
-@group(1) @binding(4) var<storage, read> along_other_axes: array<u32>;
+@group(1) @binding(3) var<storage, read> along_other_axes: array<u32>;
 #endif
 
 // Farther is not looked, bricks.
@@ -25,14 +24,13 @@ const FARTHEST: u32 = 15u;
 // Whether any voxel that points of a brick read is not hidden.
 fn is_seen(brick: vec3<u32>) -> bool {
     let bricks = vec3<i32>(brick_counts());
-    let hidden = arrayLength(&voxel_masks) / 3u * 2u;
     for (var k = 0; k < 27; k += 1) {
         let side = vec3(k % 3, (k / 3) % 3, k / 9) - 1;
         let neighbor = vec3<i32>(brick) + side;
         if any(neighbor < vec3(0)) || any(neighbor >= bricks) {
             continue;
         }
-        let word = hidden + 2u * brick_index(vec3<u32>(neighbor));
+        let word = mask_at(HIDDEN, 2u * brick_index(vec3<u32>(neighbor)));
         let layers = layers_facing(side);
         let shown = vec2(~voxel_masks[word], ~voxel_masks[word + 1u]) & layers;
         if any(shown != vec2(0u)) {
@@ -52,17 +50,17 @@ fn layers_facing(side: vec3<i32>) -> vec2<u32> {
 }
 #endif
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WIDTH)
 fn find_distances(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    let bricks = brick_counts();
-    if index >= bricks.x * bricks.y * bricks.z {
+    let index = visited_brick(id, groups);
+    if index >= number_of_bricks() {
         return;
     }
 #ifdef OCCUPY
     found[index] = select(FARTHEST, 0u, !is_brick_transparent(index) && is_seen(brick_at(index)));
 #else
     let place = brick_at(index)[#{AXIS}u];
+    let bricks = brick_counts();
     let count = bricks[#{AXIS}u];
     let strides = vec3(1u, bricks.x, bricks.x * bricks.y);
     let stride = strides[#{AXIS}u];

@@ -7,9 +7,9 @@
 #import bevy_contextual_ao::volume_bindings::lookup_entry
 
 // Number of table entries before each that have opacity.
-@group(1) @binding(1) var<storage, read> opaque_before: array<u32>;
+@group(1) @binding(0) var<storage, read> opaque_before: array<u32>;
 // Lowest and highest intensity of the voxels that points of a brick read: 16 bits each.
-@group(1) @binding(2) var<storage, read> ranges: array<u32>;
+@group(1) @binding(1) var<storage, read> ranges: array<u32>;
 
 // Whether all intensities of a range, as textures give them, are transparent.
 fn is_range_transparent(lowest: f32, highest: f32) -> bool {

@@ -1,56 +1,39 @@
 //! The frame as a list of passes. What is in the list was decided in `plan`.
 
 use bevy::{
-    ecs::system::SystemParam,
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
         mesh::{RenderMesh, allocator::MeshAllocator},
         render_asset::RenderAssets,
-        render_resource::{CommandEncoder, CommandEncoderDescriptor, PipelineCache, PollType},
+        render_resource::{CommandEncoder, CommandEncoderDescriptor, PollType},
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
 use std::time::Instant;
 
 use super::{
-    clip::ClipPipeline, clip_draw::MeshSource, clip_maps::ClipMaps, count_surfaces::CountPipeline,
-    cull::CullPipeline, dilate::DilatePipelines, distances::DistancePipelines, mark::MarkPipeline,
-    peel::PeelPipelines, plan::FramePlan, ranges::RangesPipeline, ray_cast::RayCastPipeline,
+    clip_draw::MeshSource, clip_maps::ClipMaps, compute_pass::Groups, passes::Passes, plan::FramePlan,
+    ray_cast::RayCastPasses,
 };
 use crate::diagnostics::{
     COUNTERS, ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES,
     SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST,
 };
 
-/// The passes, in the order in which they run.
-#[derive(SystemParam)]
-pub(crate) struct Passes<'w> {
-    count: Res<'w, CountPipeline>,
-    peel: Res<'w, PeelPipelines>,
-    dilate: Res<'w, DilatePipelines>,
-    ranges: Res<'w, RangesPipeline>,
-    cull: Res<'w, CullPipeline>,
-    clip: Res<'w, ClipPipeline>,
-    distances: Res<'w, DistancePipelines>,
-    mark: Res<'w, MarkPipeline>,
-    ray_cast: Res<'w, RayCastPipeline>,
-}
-
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
 pub(crate) fn encode_passes(
     plan: Res<FramePlan>,
     passes: Passes,
     clip_maps: Res<ClipMaps>,
-    cache: Res<PipelineCache>,
     meshes: Res<RenderAssets<RenderMesh>>,
     allocator: Res<MeshAllocator>,
     queue: Res<RenderQueue>,
     report: Res<ReportChannel>,
     ctx: RenderContext,
 ) {
-    let Passes { count, peel, dilate, ranges, cull, clip: clip_voxels, distances, mark, ray_cast } = passes;
-    let Some(clip) = &clip_maps.textures else {
+    let Passes { count, peel, dilate, ranges, cull, clip, distances, mark, ray_cast, cache } = passes;
+    let Some(textures) = &clip_maps.textures else {
         return;
     };
     let counts = plan.counts_work;
@@ -62,32 +45,34 @@ pub(crate) fn encode_passes(
     // Step II: depth maps of carvers whose mesh changed, when it is known how many layers they need.
     let source = MeshSource { cache: &cache, meshes: &meshes, allocator: &allocator };
     frame.pass(SPAN_COUNT, &plan.counts, |encoder, job| {
-        job.encode(encoder, &count, clip, &source);
+        job.encode(encoder, &count, textures, &source);
     });
     frame.pass(SPAN_DEPTH, &plan.depth_maps, |encoder, job| {
-        job.encode(encoder, &peel, clip, &source);
+        job.encode(encoder, &peel, textures, &source);
     });
 
     // Step III: dilation maps of those, and of carvers whose scale or reach changed.
     frame.pass(SPAN_DILATE, &plan.dilations, |encoder, job| {
-        job.encode(encoder, &dilate, clip, &cache);
+        job.encode(encoder, &dilate, textures, &cache);
     });
 
     // Once per volume: the range of intensities in every brick.
     let volumes = &plan.volumes;
     let unknown = volumes.iter().filter_map(|job| Some((job, job.ranges.as_ref()?)));
     frame.pass(SPAN_RANGES, unknown, |encoder, (job, group)| {
-        ranges.encode(encoder, [&job.volume_group, group], job.bricks, &cache);
+        ranges.encode(encoder, [&job.volume_group, group], Groups::Bricks(job.bricks), &cache);
     });
 
     // Step IV: find the bricks that a changed carver can affect, clip their voxels, and measure how
     // far all bricks are from anything that can be seen.
     let changed = volumes.iter().filter_map(|job| Some((job, job.clip.as_ref()?)));
     frame.pass(SPAN_CULL, changed.clone(), |encoder, (job, step)| {
-        cull.encode(encoder, [&job.volume_group, &step.cull, &step.listed], job.bricks, &cache);
+        let groups = [&job.volume_group, &step.cull, &step.listed];
+        cull.encode(encoder, groups, Groups::Bricks(job.bricks), &cache);
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, step)| {
-        clip_voxels.encode(encoder, [&job.bricks_group, &step.clip, &job.words], &step.brick_list, &cache);
+        let groups = [&job.bricks_group, &step.clip, &job.words];
+        clip.encode(encoder, groups, Groups::Listed(&step.brick_list), &cache);
     });
     frame.pass(SPAN_DISTANCES, changed, |encoder, (job, step)| {
         distances.encode(encoder, &job.volume_group, &step.distances, job.bricks, &cache);
@@ -96,7 +81,8 @@ pub(crate) fn encode_passes(
     // Step V: find the voxels that will be read and are not up to date, and cast their rays.
     let views = volumes.iter().flat_map(|job| job.marks.iter().map(move |view| (job, view)));
     frame.pass(SPAN_MARK, views, |encoder, (job, view)| {
-        mark.encode(encoder, &job.bricks_group, view, &job.words, &cache);
+        let groups = [&job.bricks_group, &view.window, &job.words];
+        mark.encode(encoder, groups, Groups::Pixels(view.pixels), &cache);
     });
     let casts = volumes.iter().filter_map(|job| Some((job, job.cast.as_ref()?)));
     frame.pass(SPAN_RAY_CAST, casts, |encoder, (job, cast)| {
@@ -166,7 +152,7 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
     }
 
     /// Sends the counters to the diagnostics.
-    fn record_work(&mut self, ray_cast: &RayCastPipeline) {
+    fn record_work(&mut self, ray_cast: &RayCastPasses) {
         let recorder = self.ctx.diagnostic_recorder();
         let recorder = recorder.as_deref();
         for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {

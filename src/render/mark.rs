@@ -5,9 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedComputePipelineId, CommandEncoder, ComputePipelineDescriptor, PipelineCache, ShaderStages,
-            ShaderType, UniformBuffer, binding_types::uniform_buffer,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, UniformBuffer,
+            binding_types::uniform_buffer,
         },
         renderer::{RenderDevice, RenderQueue},
     },
@@ -15,58 +14,39 @@ use bevy::{
 
 use super::{
     brick_buffers::work_layout,
-    dispatch::{Groups, dispatch},
-    formats::Formats,
+    compute_pass::{ComputePass, PassDescriptor},
+    pass_uniforms::WindowUniform,
     volume_bindings,
 };
 
-/// A view of a volume, as `Window` in WGSL.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
-pub(crate) struct WindowUniform {
-    pub view_from_clip: Mat4,
-    pub world_from_view: Mat4,
-    /// Origin and size, pixels.
-    pub viewport: Vec4,
-    /// Pixels in which the volume may be seen.
-    pub first: UVec2,
-    pub end: UVec2,
-}
-
 /// One view to be followed.
 pub(crate) struct MarkJob {
-    window: BindGroup,
-    pixels: UVec2,
+    pub window: BindGroup,
+    pub pixels: UVec2,
 }
 
-#[derive(Resource)]
-pub(crate) struct MarkPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-}
+/// Follows the rays of a view.
+#[derive(Resource, Deref)]
+pub(crate) struct MarkPass(ComputePass);
 
-impl FromWorld for MarkPipeline {
+impl FromWorld for MarkPass {
     fn from_world(world: &mut World) -> Self {
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_mark",
-            &BindGroupLayoutEntries::single(ShaderStages::COMPUTE, uniform_buffer::<WindowUniform>(false)),
-        );
-        let descriptor = ComputePipelineDescriptor {
-            label: Some("contextual_ao_mark".into()),
-            layout: vec![volume_bindings::bricks_layout(), layout.clone(), work_layout()],
+        let own =
+            BindGroupLayoutEntries::single(ShaderStages::COMPUTE, uniform_buffer::<WindowUniform>(false));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_mark",
             shader: load_embedded_asset!(world, "mark.wgsl"),
-            shader_defs: world.resource::<Formats>().shader_defs(),
+            before: vec![volume_bindings::bricks_layout()],
+            own: &own,
+            behind: vec![work_layout()],
             ..default()
         };
-        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
+        Self(ComputePass::new(world, descriptor))
     }
 }
 
-impl MarkPipeline {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
-    }
-
-    pub fn bind(
+impl MarkPass {
+    pub fn bind_window(
         &self,
         window: WindowUniform,
         cache: &PipelineCache,
@@ -75,26 +55,7 @@ impl MarkPipeline {
     ) -> Option<MarkJob> {
         let mut uniform = UniformBuffer::from(window);
         uniform.write_buffer(device, queue);
-        let group = device.create_bind_group(
-            "contextual_ao_mark",
-            &cache.get_bind_group_layout(&self.layout),
-            &BindGroupEntries::single(uniform.binding()?),
-        );
+        let group = self.bind((uniform.binding()?,), cache, device);
         Some(MarkJob { window: group, pixels: window.end - window.first })
-    }
-
-    /// Follows the rays of a view.
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        volume: &BindGroup,
-        job: &MarkJob,
-        work: &BindGroup,
-        cache: &PipelineCache,
-    ) {
-        if let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) {
-            let groups = [volume, &job.window, work];
-            dispatch(encoder, "contextual_ao_mark", pipeline, groups, Groups::Pixels(job.pixels));
-        }
     }
 }

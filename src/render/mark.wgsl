@@ -3,10 +3,10 @@
 // yet, so somewhat more is asked for than is read; never less.
 
 #import bevy_contextual_ao::{
-    bricks::{mask_bit, mask_word},
+    bricks::{PENDING, VALID, mask_at, mask_bit, mask_word},
     view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, volume},
-    voxel_masks::{PENDING, VALID, mask_at, voxel_masks},
+    voxel_masks::voxel_masks,
     work_list::append,
 }
 

@@ -3,23 +3,28 @@
 //! main world → `extract` → `volume_store`, `clip_maps` (what stays on the device) → `plan` (what
 //! this frame needs) → `encode` (the passes, in order).
 
+#[cfg(test)]
+mod agreement;
 mod brick_buffers;
+mod carver_uniform;
 mod clip;
 mod clip_draw;
 mod clip_keys;
 mod clip_maps;
 mod clip_textures;
+mod compute_pass;
 mod count_surfaces;
 mod cull;
 mod device_loss;
 mod dilate;
-mod dispatch;
 mod distances;
 mod encode;
 mod extract;
 mod formats;
 mod gpu_volume;
 mod mark;
+mod pass_uniforms;
+mod passes;
 mod peel;
 mod plan;
 mod ranges;
@@ -27,6 +32,7 @@ mod ray_cast;
 mod surface_count;
 mod textures;
 pub(crate) mod volume_bindings;
+mod volume_state;
 mod volume_store;
 mod volume_uniform;
 
@@ -69,6 +75,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "brick_bindings.wgsl");
         load_shader_library!(app, "voxel_masks.wgsl");
         load_shader_library!(app, "work_list.wgsl");
+        load_shader_library!(app, "listed.wgsl");
         load_shader_library!(app, "emptiness.wgsl");
         load_shader_library!(app, "clip_test.wgsl");
         load_shader_library!(app, "occlusion_pass.wgsl");
@@ -104,15 +111,15 @@ impl Plugin for OcclusionRenderPlugin {
                 RenderStartup,
                 (
                     init_gpu_resource::<clip_draw::ClipDrawPipeline>,
-                    init_gpu_resource::<count_surfaces::CountPipeline>,
-                    init_gpu_resource::<peel::PeelPipelines>,
-                    init_gpu_resource::<dilate::DilatePipelines>,
-                    init_gpu_resource::<ranges::RangesPipeline>,
-                    init_gpu_resource::<cull::CullPipeline>,
-                    init_gpu_resource::<clip::ClipPipeline>,
-                    init_gpu_resource::<distances::DistancePipelines>,
-                    init_gpu_resource::<mark::MarkPipeline>,
-                    init_gpu_resource::<ray_cast::RayCastPipeline>,
+                    init_gpu_resource::<count_surfaces::CountPass>,
+                    init_gpu_resource::<peel::PeelPasses>,
+                    init_gpu_resource::<dilate::DilatePasses>,
+                    init_gpu_resource::<ranges::RangesPass>,
+                    init_gpu_resource::<cull::CullPass>,
+                    init_gpu_resource::<clip::ClipPass>,
+                    init_gpu_resource::<distances::DistancePasses>,
+                    init_gpu_resource::<mark::MarkPass>,
+                    init_gpu_resource::<ray_cast::RayCastPasses>,
                 )
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),

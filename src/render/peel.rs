@@ -5,19 +5,20 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
-            CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
-            PipelineCache, ShaderStages, ShaderType, StorageTextureAccess, TextureSampleType, UniformBuffer,
+            BindGroup, BindGroupLayoutEntries, Buffer, CommandEncoder, PipelineCache, ShaderStages,
+            ShaderType, StorageTextureAccess, TextureSampleType, UniformBuffer,
             binding_types::{storage_buffer_sized, texture_2d, texture_storage_2d_array, uniform_buffer},
         },
         renderer::{RenderDevice, RenderQueue},
     },
 };
+use core::iter;
 
 use super::{
     clip_draw::{ClipDrawPipeline, ClipMeshDraw, Draw, MeshSource},
     clip_maps::LayerRange,
     clip_textures::{ClipTextures, LAYER_FORMAT},
+    compute_pass::{ComputePass, Groups, PassDescriptor},
 };
 
 /// The layers to fill, as `LayerRange` in WGSL.
@@ -29,68 +30,60 @@ struct LayerRangeUniform {
 }
 
 #[derive(Resource)]
-pub(crate) struct PeelPipelines {
-    layout: BindGroupLayoutDescriptor,
-    several_layout: BindGroupLayoutDescriptor,
-    pair: CachedComputePipelineId,
-    append: CachedComputePipelineId,
-    finish: CachedComputePipelineId,
+pub(crate) struct PeelPasses {
+    pair: ComputePass,
+    append: ComputePass,
+    finish: ComputePass,
 }
 
-impl FromWorld for PeelPipelines {
+impl FromWorld for PeelPasses {
     fn from_world(world: &mut World) -> Self {
         let exact = TextureSampleType::Float { filterable: false };
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_peel",
-            &BindGroupLayoutEntries::sequential(
+        let depth = texture_2d(TextureSampleType::Depth);
+        let shader: Handle<Shader> = load_embedded_asset!(world, "peel.wgsl");
+        let pair = PassDescriptor {
+            name: "contextual_ao_peel",
+            shader: shader.clone(),
+            entry_point: Some("pair"),
+            own: &BindGroupLayoutEntries::sequential(
                 ShaderStages::COMPUTE,
                 (
                     uniform_buffer::<LayerRangeUniform>(false),
                     texture_storage_2d_array(LAYER_FORMAT, StorageTextureAccess::WriteOnly),
-                    texture_2d(TextureSampleType::Depth),
-                    texture_2d(TextureSampleType::Depth),
+                    depth,
+                    depth,
                 ),
             ),
-        );
-        let several_layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_peel_several",
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (texture_2d(exact), texture_2d(exact), storage_buffer_sized(false, None)),
-            ),
-        );
-        let shader: Handle<Shader> = load_embedded_asset!(world, "peel.wgsl");
-        let cache = world.resource::<PipelineCache>();
-        let queue = |name: &'static str, is_several: bool| {
-            let mut layouts = vec![layout.clone()];
-            layouts.extend(is_several.then(|| several_layout.clone()));
-            cache.queue_compute_pipeline(ComputePipelineDescriptor {
-                label: Some(format!("contextual_ao_{name}").into()),
-                layout: layouts,
-                shader: shader.clone(),
-                shader_defs: is_several.then_some("SEVERAL_LAYERS".into()).into_iter().collect(),
-                entry_point: Some(name.into()),
-                ..default()
-            })
+            ..default()
         };
-        Self {
-            pair: queue("pair", false),
-            append: queue("append", true),
-            finish: queue("finish", true),
-            layout,
-            several_layout,
-        }
+        let pair = ComputePass::new(world, pair);
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (texture_2d(exact), texture_2d(exact), storage_buffer_sized(false, None)),
+        );
+        let several = |entry_point| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_peel_several",
+                shader: shader.clone(),
+                entry_point: Some(entry_point),
+                shader_defs: vec!["SEVERAL_LAYERS".into()],
+                before: vec![pair.layout().clone()],
+                own: &own,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
+        };
+        Self { append: several("append"), finish: several("finish"), pair }
     }
 }
 
-impl PeelPipelines {
+impl PeelPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        let all = [self.pair, self.append, self.finish];
-        all.into_iter().all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
+        [&self.pair, &self.append, &self.finish].iter().all(|pass| pass.is_ready(cache))
     }
 
     /// Plans to fill `layers` with a mesh that has up to `surfaces` along a line of sight.
-    pub fn bind(
+    pub fn bind_mesh(
         &self,
         draw: ClipMeshDraw,
         layers: LayerRange,
@@ -108,16 +101,13 @@ impl PeelPipelines {
         });
         uniform.write_buffer(device, queue);
         let group = |[surface, other]: [usize; 2]| {
-            Some(device.create_bind_group(
-                "contextual_ao_peel",
-                &cache.get_bind_group_layout(&self.layout),
-                &BindGroupEntries::sequential((
-                    uniform.binding()?,
-                    &textures.depth.view,
-                    &textures.surfaces[surface].view,
-                    &textures.surfaces[other].view,
-                )),
-            ))
+            let resources = (
+                uniform.binding()?,
+                &textures.depth.view,
+                &textures.surfaces[surface].view,
+                &textures.surfaces[other].view,
+            );
+            Some(self.pair.bind(resources, cache, device))
         };
         let groups = [group([0, 1])?, group([1, 0])?];
         let several = (layers.count > 1).then(|| {
@@ -125,11 +115,8 @@ impl PeelPipelines {
             let peeling = textures.prepare_peeling(device);
             let progress = peeling.progress.clone();
             let passed = peeling.passed.view.clone();
-            let group = device.create_bind_group(
-                "contextual_ao_peel_several",
-                &cache.get_bind_group_layout(&self.several_layout),
-                &BindGroupEntries::sequential((&textures.counts.view, &passed, progress.as_entire_binding())),
-            );
+            let resources = (&textures.counts.view, &passed, progress.as_entire_binding());
+            let group = self.append.bind(resources, cache, device);
             // All but the farthest surface, which needs no peeling.
             let peels = (surfaces - 1).min(2 * layers.count - 1);
             SeveralLayers { peels, compared, group, progress }
@@ -158,32 +145,21 @@ impl PeelJob {
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
-        pipelines: &PeelPipelines,
+        passes: &PeelPasses,
         textures: &ClipTextures,
         source: &MeshSource,
     ) {
         let surfaces = textures.surfaces.each_ref().map(|surface| &surface.view);
-        let dispatch =
-            |encoder: &mut CommandEncoder, pipeline, surface: usize, several: Option<&BindGroup>| {
-                let Some(pipeline) = source.cache.get_compute_pipeline(pipeline) else {
-                    return;
-                };
-                let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-                    label: Some("contextual_ao_peel"),
-                    timestamp_writes: None,
-                });
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &self.groups[surface], &[]);
-                if let Some(several) = several {
-                    pass.set_bind_group(1, several, &[]);
-                }
-                let groups = textures.depth_map_size.div_ceil(8);
-                pass.dispatch_workgroups(groups, groups, 1);
-            };
+        let run = |encoder: &mut CommandEncoder, pass: &ComputePass, surface: usize| {
+            let groups = iter::once(&self.groups[surface]);
+            let groups = groups.chain(self.several.as_ref().map(|several| &several.group));
+            let texels = Groups::Pixels(UVec2::splat(textures.depth_map_size));
+            pass.encode(encoder, groups, texels, source.cache);
+        };
         let (Some(several), Some(peeling)) = (&self.several, &textures.peeling) else {
             self.draw.encode(Draw::Nearest, encoder, surfaces[0], None, source);
             self.draw.encode(Draw::Farthest, encoder, surfaces[1], None, source);
-            dispatch(encoder, pipelines.pair, 0, None);
+            run(encoder, &passes.pair, 0);
             return;
         };
         let compared = &several.compared;
@@ -198,10 +174,10 @@ impl PeelJob {
             }
             let passed = &peeling.passed.view;
             self.draw.encode(Draw::Passed, encoder, passed, Some(&compared[current]), source);
-            dispatch(encoder, pipelines.append, current, Some(&several.group));
+            run(encoder, &passes.append, current);
         }
         let last = several.peels as usize % 2;
         self.draw.encode(Draw::Farthest, encoder, surfaces[last], None, source);
-        dispatch(encoder, pipelines.finish, last, Some(&several.group));
+        run(encoder, &passes.finish, last);
     }
 }

@@ -5,8 +5,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedComputePipelineId, CommandEncoder, ComputePipelineDescriptor, PipelineCache, ShaderStages,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages,
             binding_types::storage_buffer_sized,
         },
         renderer::RenderDevice,
@@ -14,58 +13,36 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::BrickBuffers,
-    dispatch::{Groups, dispatch},
-    formats::Formats,
+    compute_pass::{ComputePass, PassDescriptor},
     volume_bindings,
+    volume_store::VolumeResources,
 };
 
-#[derive(Resource)]
-pub(crate) struct RangesPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-}
+/// Visits all bricks.
+#[derive(Resource, Deref)]
+pub(crate) struct RangesPass(ComputePass);
 
-impl FromWorld for RangesPipeline {
+impl FromWorld for RangesPass {
     fn from_world(world: &mut World) -> Self {
-        let layout = BindGroupLayoutDescriptor::new(
-            "contextual_ao_ranges",
-            &BindGroupLayoutEntries::single(ShaderStages::COMPUTE, storage_buffer_sized(false, None)),
-        );
-        let descriptor = ComputePipelineDescriptor {
-            label: Some("contextual_ao_ranges".into()),
-            layout: vec![volume_bindings::compute_layout(), layout.clone()],
+        let own = BindGroupLayoutEntries::single(ShaderStages::COMPUTE, storage_buffer_sized(false, None));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_ranges",
             shader: load_embedded_asset!(world, "ranges.wgsl"),
-            shader_defs: world.resource::<Formats>().shader_defs(),
+            before: vec![volume_bindings::compute_layout()],
+            own: &own,
             ..default()
         };
-        Self { pipeline: world.resource::<PipelineCache>().queue_compute_pipeline(descriptor), layout }
+        Self(ComputePass::new(world, descriptor))
     }
 }
 
-impl RangesPipeline {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
-    }
-
-    pub fn bind(&self, bricks: &BrickBuffers, cache: &PipelineCache, device: &RenderDevice) -> BindGroup {
-        device.create_bind_group(
-            "contextual_ao_ranges",
-            &cache.get_bind_group_layout(&self.layout),
-            &BindGroupEntries::single(bricks.ranges.as_entire_binding()),
-        )
-    }
-
-    /// Visits all bricks.
-    pub fn encode(
+impl RangesPass {
+    pub fn bind_volume(
         &self,
-        encoder: &mut CommandEncoder,
-        bind_groups: [&BindGroup; 2],
-        bricks: u32,
+        volume: &VolumeResources,
         cache: &PipelineCache,
-    ) {
-        if let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) {
-            dispatch(encoder, "contextual_ao_ranges", pipeline, bind_groups, Groups::Bricks(bricks));
-        }
+        device: &RenderDevice,
+    ) -> BindGroup {
+        self.bind((volume.bricks.ranges.as_entire_binding(),), cache, device)
     }
 }

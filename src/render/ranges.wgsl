@@ -2,17 +2,16 @@
 // brick read, which are its own and their neighbours.
 
 #import bevy_contextual_ao::{
-    bricks::{brick_at, brick_counts},
+    bricks::{WIDTH, brick_at, number_of_bricks, visited_brick},
     volume_bindings::{intensities, volume},
 }
 
 @group(1) @binding(0) var<storage, read_write> ranges: array<u32>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WIDTH)
 fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    let bricks = brick_counts();
-    if index >= bricks.x * bricks.y * bricks.z {
+    let index = visited_brick(id, groups);
+    if index >= number_of_bricks() {
         return;
     }
     let first = vec3<i32>(4u * brick_at(index)) - 1;

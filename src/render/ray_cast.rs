@@ -5,10 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindingResource,
-            Buffer, BufferDescriptor, BufferUsages, CachedComputePipelineId, CommandEncoder,
-            ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess,
-            TextureSampleType,
+            BindGroup, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
+            PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureSampleType,
             binding_types::{
                 sampler, storage_buffer, storage_buffer_read_only, storage_buffer_read_only_sized,
                 texture_3d, texture_storage_3d, uniform_buffer,
@@ -19,20 +17,20 @@ use bevy::{
 };
 
 use super::{
-    dispatch::{Groups, dispatch},
+    brick_buffers::PENDING,
+    compute_pass::{ComputePass, Groups, PassDescriptor},
     formats::Formats,
+    pass_uniforms::OcclusionPassUniform,
     volume_bindings,
     volume_store::VolumeResources,
-    volume_uniform::OcclusionPassUniform,
 };
 use crate::diagnostics::COUNTERS;
 
 #[derive(Resource)]
-pub(crate) struct RayCastPipeline {
-    layout: BindGroupLayoutDescriptor,
-    counting_layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
-    counting_pipeline: CachedComputePipelineId,
+pub(crate) struct RayCastPasses {
+    cast: ComputePass,
+    /// Counts its work.
+    counting: ComputePass,
     /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
 }
@@ -47,48 +45,40 @@ pub(crate) struct RayCastJob {
     counts: bool,
 }
 
-impl FromWorld for RayCastPipeline {
+impl FromWorld for RayCastPasses {
     fn from_world(world: &mut World) -> Self {
-        let formats = world.resource::<Formats>();
         let read = storage_buffer_read_only_sized(false, None);
-        let mut entries = BindGroupLayoutEntries::sequential(
+        let mut own = BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
-                uniform_buffer::<OcclusionPassUniform>(false),
                 texture_3d(TextureSampleType::Float { filterable: true }),
                 sampler(SamplerBindingType::Filtering),
+                uniform_buffer::<OcclusionPassUniform>(false),
                 storage_buffer_read_only::<Vec<Vec4>>(false),
                 read,
                 read,
-                texture_storage_3d(formats.scalar, StorageTextureAccess::WriteOnly),
+                texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
             ),
         )
         .to_vec();
-        let layout = BindGroupLayoutDescriptor::new("contextual_ao_ray_cast", &entries);
-        entries.push(storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, ShaderStages::COMPUTE));
-        let counting_layout = BindGroupLayoutDescriptor::new("contextual_ao_ray_cast_counting", &entries);
-
         let shader: Handle<Shader> = load_embedded_asset!(world, "ray_cast.wgsl");
-        let cache = world.resource::<PipelineCache>();
-        let queue = |layout: &BindGroupLayoutDescriptor, counts: bool| {
-            let mut shader_defs = formats.shader_defs();
-            if counts {
-                shader_defs.push("COUNT_WORK".into());
-            }
-            cache.queue_compute_pipeline(ComputePipelineDescriptor {
-                label: Some(layout.label.clone()),
-                layout: vec![volume_bindings::bricks_layout(), layout.clone()],
+        let pass = |own: &[_], counts: bool| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_ray_cast",
                 shader: shader.clone(),
-                shader_defs,
-                zero_initialize_workgroup_memory: true,
+                shader_defs: counts.then(|| "COUNT_WORK".into()).into_iter().collect(),
+                before: vec![volume_bindings::bricks_layout()],
+                own,
+                zeroes_memory: true,
                 ..default()
-            })
+            };
+            ComputePass::new(world, descriptor)
         };
+        let cast = pass(&own, false);
+        own.push(storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, ShaderStages::COMPUTE));
         Self {
-            pipeline: queue(&layout, false),
-            counting_pipeline: queue(&counting_layout, true),
-            layout,
-            counting_layout,
+            cast,
+            counting: pass(&own, true),
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
                 size: 4 * COUNTERS.len() as u64,
@@ -99,14 +89,12 @@ impl FromWorld for RayCastPipeline {
     }
 }
 
-impl RayCastPipeline {
+impl RayCastPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        [self.pipeline, self.counting_pipeline]
-            .into_iter()
-            .all(|pipeline| cache.get_compute_pipeline(pipeline).is_some())
+        self.cast.is_ready(cache) && self.counting.is_ready(cache)
     }
 
-    pub fn bind(
+    pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         formats: &Formats,
@@ -115,27 +103,23 @@ impl RayCastPipeline {
         device: &RenderDevice,
     ) -> Option<RayCastJob> {
         let bricks = &volume.bricks;
-        let mut resources = vec![
-            volume.pass.binding()?,
-            BindingResource::TextureView(&volume.opacities.view),
-            BindingResource::Sampler(&formats.grid_sampler),
-            volume.rays.binding()?,
-            bricks.word_list.as_entire_binding(),
-            bricks.voxel_masks.as_entire_binding(),
-            BindingResource::TextureView(&volume.occlusion.view),
-        ];
-        if counts {
-            resources.push(self.work.as_entire_binding());
-        }
-        let entries: Vec<_> =
-            (0..).zip(resources).map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
-        let layout = if counts { &self.counting_layout } else { &self.layout };
-        let layout = cache.get_bind_group_layout(layout);
+        let (opacities, sampler) = (&volume.opacities.view, &formats.grid_sampler);
+        let (pass, rays) = (volume.pass.binding()?, volume.rays.binding()?);
+        let words = bricks.word_list.as_entire_binding();
+        let masks = bricks.voxel_masks.as_entire_binding();
+        let occlusion = &volume.occlusion.view;
+        let group = if counts {
+            let work = self.work.as_entire_binding();
+            let resources = (opacities, sampler, pass, rays, words, masks, occlusion, work);
+            self.counting.bind(resources, cache, device)
+        } else {
+            self.cast.bind((opacities, sampler, pass, rays, words, masks, occlusion), cache, device)
+        };
         Some(RayCastJob {
-            group: device.create_bind_group("contextual_ao_ray_cast", &layout, &entries),
+            group,
             word_list: bricks.word_list.clone(),
             voxel_masks: bricks.voxel_masks.clone(),
-            pending: bricks.pending(),
+            pending: bricks.mask(PENDING),
             counts,
         })
     }
@@ -148,11 +132,8 @@ impl RayCastPipeline {
         job: &RayCastJob,
         cache: &PipelineCache,
     ) {
-        let pipeline = if job.counts { self.counting_pipeline } else { self.pipeline };
-        if let Some(pipeline) = cache.get_compute_pipeline(pipeline) {
-            let groups = [volume, &job.group];
-            dispatch(encoder, "contextual_ao_ray_cast", pipeline, groups, Groups::Listed(&job.word_list));
-        }
+        let pass = if job.counts { &self.counting } else { &self.cast };
+        pass.encode(encoder, [volume, &job.group], Groups::Listed(&job.word_list), cache);
         let (first, size) = job.pending;
         encoder.clear_buffer(&job.voxel_masks, first, Some(size));
     }

@@ -9,20 +9,19 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
-    bricks::{samples_within, voxel_of_bit, voxel_of_word},
+    bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
+    listed::{NOTHING, listed_item},
     occlusion_pass::occlusion_pass,
     volume_bindings::volume,
 }
 
 // Opacities after clipping, V_o.
-@group(1) @binding(1) var opacities: texture_3d<f32>;
+@group(1) @binding(0) var opacities: texture_3d<f32>;
 // Transparent outside the grid where the device has such samplers, else clamped to the edge.
-@group(1) @binding(2) var grid_sampler: sampler;
+@group(1) @binding(1) var grid_sampler: sampler;
 // Two entries a ray, in texture coordinates: the offset of the first sample and the weight; the
 // step between samples.
 @group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
-// The list of words, from its head of four on, and the masks: the second is of pending voxels.
-@group(1) @binding(4) var<storage, read> words: array<u32>;
 @group(1) @binding(5) var<storage, read> voxel_masks: array<u32>;
 #ifdef STORE_R8
 @group(1) @binding(6) var occlusion: texture_storage_3d<r8unorm, write>;
@@ -73,10 +72,8 @@ fn opacity_at(p: vec3<f32>) -> f32 {
 // Samples of a ray (voxels) before it leaves what the grid's outermost voxels reach, for good: rays
 // start in the grid. Rounding may add one; it samples what is transparent.
 fn samples_in_grid(start: vec3<f32>, step: vec3<f32>) -> u32 {
-    let moving = abs(step) > vec3(1e-6);
-    let bound = select(vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51, step > vec3(0.0));
-    let samples = select(vec3(1e6), (bound - start) / select(vec3(1.0), step, moving), moving);
-    return u32(clamp(ceil(min(samples.x, min(samples.y, samples.z))), 0.0, 1e6));
+    let steps = steps_to_leave(start, step, vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51);
+    return u32(clamp(ceil(steps), 0.0, 1e6));
 }
 
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
@@ -131,12 +128,11 @@ fn ray_cast(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = group.y * groups.x + group.x;
-    if index >= words[3] {
+    let word = listed_item(group, groups);
+    if word == NOTHING {
         return;
     }
-    let word = words[4u + index];
-    let pending = voxel_masks[arrayLength(&voxel_masks) / 3u + word];
+    let pending = voxel_masks[mask_at(PENDING, word)];
     let count_of_voxels = countOneBits(pending);
     if lane < 32u && extractBits(pending, lane, 1u) != 0u {
         voxels[countOneBits(extractBits(pending, 0u, lane))] = lane;

@@ -18,10 +18,8 @@ use bevy::{
 };
 
 use super::{
-    clip_textures::ClipTextures,
-    formats::Formats,
-    volume_store::VolumeResources,
-    volume_uniform::{CarverTable, VolumeUniform},
+    carver_uniform::CarverTable, clip_textures::ClipTextures, formats::Formats,
+    volume_store::VolumeResources, volume_uniform::VolumeUniform,
 };
 
 /// The layout of the shared bindings, 0 to 6.
@@ -60,8 +58,8 @@ pub(crate) fn bricks_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_bricks", &brick_layout_entries(ShaderStages::COMPUTE))
 }
 
-/// What is bound there. `None` before the buffers were first written.
-pub(crate) fn bindings(
+/// What is bound there, all of it. `None` before the buffers were first written.
+pub(crate) fn brick_bindings(
     volume: &VolumeResources,
     clip: &ClipTextures,
     formats: &Formats,
@@ -75,20 +73,10 @@ pub(crate) fn bindings(
         TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
         TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),
         Sampler(SamplerBindingType::Filtering, formats.edge_sampler.clone()),
+        Buffer(volume.bricks.near_carvers.clone()),
+        Buffer(volume.bricks.distances.clone()),
     ];
     Some((0..).zip(resources).collect())
-}
-
-/// The same with what is known of bricks.
-pub(crate) fn brick_bindings(
-    volume: &VolumeResources,
-    clip: &ClipTextures,
-    formats: &Formats,
-) -> Option<Vec<(u32, OwnedBindingResource)>> {
-    let mut bindings = bindings(volume, clip, formats)?;
-    let buffers = [&volume.bricks.near_carvers, &volume.bricks.distances];
-    bindings.extend((7..).zip(buffers.map(|buffer| OwnedBindingResource::Buffer(buffer.clone()))));
-    Some(bindings)
 }
 
 /// Group 0 of the compute passes over one volume: without what is known of bricks, and with it.

@@ -17,18 +17,18 @@ use core::iter;
 
 use super::{
     brick_buffers::BrickBuffers,
+    carver_uniform::{CarverTable, CarverUniform},
     clip_maps::ClipMaps,
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
-    mark::WindowUniform,
-    plan::Contents,
+    pass_uniforms::OcclusionPassUniform,
     textures::{TextureAndView, usage_of},
-    volume_uniform::{CarverTable, CarverUniform, OcclusionPassUniform, Queue, VolumeUniform},
+    volume_state::VolumeState,
+    volume_uniform::{VolumeUniform, ray_table},
 };
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::AmbientOcclusion,
     volume::{LookupTable, Volume},
 };
 
@@ -47,13 +47,13 @@ pub enum VolumeTexture {
     Occlusion,
 }
 
-/// A yes or no per voxel.
+/// A yes or no per voxel. In the order of the masks on the device, of which there is one more between.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VoxelMask {
     /// The occlusion is up to date: it has been cast since anything changed that it depends on.
-    Valid,
+    Valid = 0,
     /// No point that is drawn reads the voxel: what reads it is clipped, or transparent.
-    Hidden,
+    Hidden = 2,
 }
 
 /// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
@@ -91,23 +91,6 @@ impl VolumeIdentity {
     }
 }
 
-/// What is on the device for a volume.
-#[derive(Default)]
-pub(crate) struct VolumeState {
-    /// Table on the device.
-    pub table_revision: Option<u32>,
-    /// What the rays on the device were made for.
-    pub rays_for: Option<AmbientOcclusion>,
-    /// Whether the ranges of bricks are there.
-    pub has_ranges: bool,
-    /// What opacities, and occlusion where it is valid, are of; `None` before the first.
-    pub contents: Option<Contents>,
-    /// What was cast without being asked for.
-    pub queue: Queue,
-    /// Views for which all occlusion that they read is valid.
-    pub marked: Vec<WindowUniform>,
-}
-
 impl VolumeStore {
     /// A texture of the volume on an entity of the main world: one channel counts, of format
     /// `R8Unorm` or, where the device cannot write that, `Rgba8Unorm`. `None` while there is no such volume.
@@ -123,10 +106,7 @@ impl VolumeStore {
     /// mask in it. Two words for every brick of 4x4x4 voxels, a bit each, x fastest in all.
     pub fn mask(&self, volume: Entity, mask: VoxelMask) -> Option<(&Buffer, u64, u64)> {
         let bricks = &self.0.get(&MainEntity::from(volume))?.bricks;
-        let (first, size) = match mask {
-            VoxelMask::Valid => bricks.valid(),
-            VoxelMask::Hidden => bricks.hidden(),
-        };
+        let (first, size) = bricks.mask(mask as u32);
         Some((&bricks.voxel_masks, first, size))
     }
 
@@ -230,7 +210,7 @@ impl VolumeResources {
         }
         if self.state.rays_for.as_ref() != Some(&volume.occlusion) {
             self.state.rays_for = Some(volume.occlusion.clone());
-            self.rays.set(super::volume_uniform::ray_table(volume));
+            self.rays.set(ray_table(volume));
             self.rays.write_buffer(device, queue);
         }
     }

@@ -19,7 +19,8 @@ use crate::{
         stability::inside_test::{concave_meshes, judge},
     },
     exact::assert_exact,
-    scene::{TestScene, count_different, few_rays, folded_volume, opaque_ramp, voxel_at},
+    headless::voxel_at,
+    scene::{TestScene, count_different, few_rays, folded_volume, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);

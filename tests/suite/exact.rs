@@ -5,9 +5,9 @@ use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
 use crate::common::shapes::Triangles;
+use crate::headless::{different_pixels, voxel_at};
 use crate::scene::{
     TestScene, count_different, few_rays, folded_volume, opaque_ramp, solid_volume, translucent_ramp,
-    voxel_at,
 };
 
 fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
@@ -29,8 +29,7 @@ pub fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
     let (lao, reference) = (scene.occlusion(), scene.headless.image());
     scene.set_mode(ShadingMode::Cao);
     assert_eq!(count_different(&cao, &lao), 0, "{name}: voxels that differ, of {}", cao.len());
-    let pixels = image.chunks(4).zip(reference.chunks(4)).filter(|(a, b)| a != b).count();
-    assert_eq!(pixels, 0, "{name}: pixels that differ");
+    assert_eq!(different_pixels(&image, &reference), 0, "{name}: pixels that differ");
     let lit = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count();
     assert!(lit > image.len() / 4 / 40, "{name}: the image shows next to nothing ({lit} pixels)");
     let known = cao.iter().flatten().count();

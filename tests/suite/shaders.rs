@@ -13,12 +13,13 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 10] = sources![
+const LIBRARIES: [(&str, &str); 11] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
     "voxel_masks.wgsl",
     "work_list.wgsl",
+    "listed.wgsl",
     "clip_test.wgsl",
     "occlusion_pass.wgsl",
     "coverage.wgsl",

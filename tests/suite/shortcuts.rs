@@ -40,7 +40,7 @@ fn no_shortcut_changes_a_bit() {
     ] {
         let published = carved(scene(function.clone(), spacing, Shortcuts::NONE));
         let all = (String::from("all shortcuts"), Shortcuts::default());
-        let each = Shortcuts::NAMES.iter().map(|without| {
+        let each = Shortcuts::names().map(|without| {
             let rest = Shortcuts::default().without(without).expect("a shortcut of that name");
             (format!("all but {without}"), rest)
         });
@@ -58,9 +58,8 @@ fn work_of_a_carve(shortcuts: Shortcuts) -> Work {
     let at = |x| Transform::from_xyz(x, 6.0, 7.0);
     let carver = scene.carve(Sphere::new(7.0), ClipMesh::default(), at(6.0));
     scene.settle();
-    scene.headless.count_work(scene.volume, |world| {
-        world.entity_mut(carver).insert(in_world_units(at(5.0)));
-    })
+    scene.move_carver(carver, at(5.0));
+    scene.headless.count_work(scene.volume)
 }
 
 #[test]
@@ -90,10 +89,9 @@ fn a_view_casts_what_it_sees_and_has_not_seen() {
     let (volume, size) = (scene.volume, SIZE.as_vec3().length());
     let mut look_from = |direction: Vec3| {
         let place = Transform::from_translation(direction * size).looking_at(Vec3::ZERO, Vec3::Y);
-        scene.headless.count_work(volume, |world| {
-            let place = Transform { scale: Vec3::ONE, ..in_world_units(place) };
-            world.entity_mut(camera).insert(place);
-        })
+        let place = Transform { scale: Vec3::ONE, ..in_world_units(place) };
+        scene.world().entity_mut(camera).insert(place);
+        scene.headless.count_work(volume)
     };
     let aside = look_from(Vec3::new(0.62, 0.5, 1.2));
     let behind = look_from(Vec3::new(-0.6, 0.5, -1.2));

@@ -5,9 +5,10 @@ use bevy_contextual_ao::{clip::ClipFrame, prelude::*, volume::VolumeGeometry};
 
 use super::{
     super::{
+        headless::voxel_at,
         inside::InsideTest,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume, voxel_at},
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
     },
     Figure,
 };

@@ -6,10 +6,11 @@ use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
 use super::{
     super::{
+        headless::voxel_at,
         inside::InsideTest,
         random::Random,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume, voxel_at},
+        small_scene::{TestScene, few_rays, opaque_ramp, solid_volume},
     },
     Figure,
     changes::Changes,

@@ -6,7 +6,7 @@ use bevy::{
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
         render_asset::RenderAssets,
-        render_resource::{PipelineCache, SpecializedRenderPipelines},
+        render_resource::SpecializedRenderPipelines,
         renderer::{RenderDevice, RenderQueue},
     },
 };
@@ -19,10 +19,8 @@ use crate::{
         clip_keys::{DepthKey, DilationKey},
         clip_maps::{ClipMaps, ReadyCarver, Slot},
         clip_textures::ClipTextures,
-        count_surfaces::CountPipeline,
-        dilate::DilatePipelines,
         extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
-        peel::PeelPipelines,
+        passes::Passes,
         surface_count::layers_of,
     },
 };
@@ -32,10 +30,7 @@ use crate::{
 pub(crate) struct CarverPasses<'w> {
     draw: Res<'w, ClipDrawPipeline>,
     specialized: ResMut<'w, SpecializedRenderPipelines<ClipDrawPipeline>>,
-    count: Res<'w, CountPipeline>,
-    peel: Res<'w, PeelPipelines>,
-    dilate: Res<'w, DilatePipelines>,
-    cache: Res<'w, PipelineCache>,
+    passes: Passes<'w>,
     meshes: Res<'w, RenderAssets<RenderMesh>>,
     allocator: Res<'w, MeshAllocator>,
     device: Res<'w, RenderDevice>,
@@ -46,7 +41,7 @@ pub(crate) struct CarverPasses<'w> {
 /// a new mesh is not ready, the old one carves on.
 pub(crate) fn plan_carvers(
     scene: Res<ExtractedScene>,
-    mut passes: CarverPasses,
+    mut carver_passes: CarverPasses,
     mut clip_maps: ResMut<ClipMaps>,
     mut plan: ResMut<FramePlan>,
 ) {
@@ -55,11 +50,11 @@ pub(crate) fn plan_carvers(
     plan.dilations.clear();
     plan.carvers.clear();
     plan.carvers_wait = false;
-    if clip_maps.textures.is_none() || !passes.are_ready() {
+    if clip_maps.textures.is_none() || !carver_passes.passes.over_carvers_are_ready() {
         plan.carvers_wait = !scene.carvers.is_empty();
         return;
     }
-    count_surfaces(&scene, &mut passes, &mut clip_maps, &mut plan);
+    count_surfaces(&scene, &mut carver_passes, &mut clip_maps, &mut plan);
     let wanted = layers_wanted(&scene, &clip_maps, &mut plan);
     clip_maps.place(&wanted);
     let ClipMaps { textures: Some(textures), slots } = &mut *clip_maps else {
@@ -74,7 +69,7 @@ pub(crate) fn plan_carvers(
             // It carves nothing.
             continue;
         }
-        plan.carvers_wait |= draw_layers(carver, slot, textures, &mut passes, &mut plan).is_none();
+        plan.carvers_wait |= draw_layers(carver, slot, textures, &mut carver_passes, &mut plan).is_none();
         let (Some((drawn, _)), layers) = (slot.drawn, slot.layers) else {
             continue;
         };
@@ -86,8 +81,8 @@ pub(crate) fn plan_carvers(
         };
         if slot.dilated != Some(dilation) {
             for layer in layers.first..layers.first + layers.count {
-                let CarverPasses { dilate, cache, device, queue, .. } = &passes;
-                plan.dilations.extend(dilate.bind(dilation, layer, textures, cache, device, queue));
+                let CarverPasses { passes: Passes { dilate, cache, .. }, device, queue, .. } = &carver_passes;
+                plan.dilations.extend(dilate.bind_layer(dilation, layer, textures, cache, device, queue));
             }
             slot.dilated = Some(dilation);
             plan.maps_revision += 1;
@@ -101,7 +96,7 @@ pub(crate) fn plan_carvers(
 /// Plans to count the surfaces of meshes that are new or have changed.
 fn count_surfaces(
     scene: &ExtractedScene,
-    passes: &mut CarverPasses,
+    carver_passes: &mut CarverPasses,
     clip_maps: &mut ClipMaps,
     plan: &mut FramePlan,
 ) {
@@ -112,12 +107,12 @@ fn count_surfaces(
         let Some(slot) = slots.get_mut(&carver.entity) else {
             continue;
         };
-        slot.count.receive(&passes.device);
+        slot.count.receive(&carver_passes.device);
         let key = DepthKey::of(carver, textures.depth_map_size);
         if slot.count.is_wanted(&key)
-            && let Some(draw) = passes.prepare(carver)
+            && let Some(draw) = carver_passes.prepare(carver)
         {
-            let CarverPasses { count, cache, device, .. } = &*passes;
+            let CarverPasses { passes: Passes { count, cache, .. }, device, .. } = &*carver_passes;
             plan.counts.push(count.begin(draw, key, &mut slot.count, textures, cache, device));
         }
     }
@@ -153,7 +148,7 @@ fn draw_layers(
     carver: &ExtractedCarver,
     slot: &mut Slot,
     textures: &mut ClipTextures,
-    passes: &mut CarverPasses,
+    carver_passes: &mut CarverPasses,
     plan: &mut FramePlan,
 ) -> Option<()> {
     let key = DepthKey::of(carver, textures.depth_map_size);
@@ -165,9 +160,10 @@ fn draw_layers(
     if slot.layers.count == 0 {
         return None;
     }
-    let draw = passes.prepare(carver)?;
-    let CarverPasses { draw: clip_draw, peel, cache, device, queue, .. } = passes;
-    plan.depth_maps.push(peel.bind(
+    let draw = carver_passes.prepare(carver)?;
+    let CarverPasses { draw: clip_draw, passes: Passes { peel, cache, .. }, device, queue, .. } =
+        carver_passes;
+    plan.depth_maps.push(peel.bind_mesh(
         draw,
         slot.layers,
         surfaces,
@@ -183,14 +179,10 @@ fn draw_layers(
 }
 
 impl CarverPasses<'_> {
-    fn are_ready(&self) -> bool {
-        let cache = &self.cache;
-        self.count.is_ready(cache) && self.peel.is_ready(cache) && self.dilate.is_ready(cache)
-    }
-
     /// What it takes to draw a carver's mesh; `None` while it is not there.
     fn prepare(&mut self, carver: &ExtractedCarver) -> Option<ClipMeshDraw> {
-        let source = MeshSource { cache: &self.cache, meshes: &self.meshes, allocator: &self.allocator };
+        let source =
+            MeshSource { cache: &self.passes.cache, meshes: &self.meshes, allocator: &self.allocator };
         let camera = Mat4::from(carver.frame.clip_from_local());
         let Self { draw, specialized, device, queue, .. } = self;
         draw.prepare(carver.mesh, camera, &source, specialized, device, queue)

@@ -1,26 +1,6 @@
 //! What has changed since a volume's clipping was last computed.
 
-use crate::{
-    clip::CoverageRule,
-    occlusion::AmbientOcclusion,
-    render::{extract::ExtractedVolume, volume_uniform::CarverUniform},
-};
-
-/// What opacities and occlusion depend on, besides the volume itself.
-#[derive(Clone, PartialEq)]
-pub(crate) struct Contents {
-    pub table_revision: u32,
-    pub occlusion: AmbientOcclusion,
-    pub coverage: CoverageRule,
-    /// The carvers that act, each with the revision of its maps.
-    pub carvers: Vec<(CarverUniform, u64)>,
-}
-
-impl Contents {
-    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
-        Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
-    }
-}
+use crate::render::{carver_uniform::CarverUniform, volume_state::Contents};
 
 /// The difference between two [`Contents`].
 #[derive(Debug, PartialEq)]

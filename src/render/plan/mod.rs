@@ -8,7 +8,6 @@ mod volumes;
 mod work;
 
 pub(crate) use carvers::plan_carvers;
-pub(crate) use changes::Contents;
 pub(crate) use volumes::{VolumeJob, plan_volumes};
 
 use bevy::{platform::collections::HashMap, prelude::*};

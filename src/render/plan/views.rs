@@ -11,7 +11,7 @@ use bevy::{
     },
 };
 
-use crate::render::{extract::ExtractedVolume, mark::WindowUniform};
+use crate::render::{extract::ExtractedVolume, pass_uniforms::WindowUniform};
 
 /// A view of the scene.
 #[derive(QueryData)]

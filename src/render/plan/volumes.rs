@@ -4,31 +4,28 @@ use bevy::{
     ecs::system::SystemParam,
     prelude::*,
     render::{
-        render_resource::{
-            BindGroup, Buffer, PipelineCache, ShaderType, UniformBuffer, encase::internal::WriteInto,
-        },
+        render_resource::{BindGroup, Buffer, ShaderType, UniformBuffer, encase::internal::WriteInto},
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
-use super::{FramePlan, changes::Contents, views::Views, work::Work};
+use super::{FramePlan, views::Views, work::Work};
 use crate::{
     diagnostics::ReportChannel,
     render::{
         brick_buffers::{BrickBuffers, work_group},
-        clip::ClipPipeline,
+        carver_uniform::{CarverTable, CarverUniform},
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
-        cull::CullPipeline,
-        distances::DistancePipelines,
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
-        mark::{MarkJob, MarkPipeline},
-        ranges::RangesPipeline,
-        ray_cast::{RayCastJob, RayCastPipeline},
+        mark::MarkJob,
+        passes::Passes,
+        ray_cast::RayCastJob,
         volume_bindings,
+        volume_state::Contents,
         volume_store::{VolumeResources, VolumeStore},
-        volume_uniform::{CarverTable, CarverUniform, VolumeUniform},
+        volume_uniform::VolumeUniform,
     },
 };
 
@@ -60,17 +57,11 @@ pub(crate) struct ClipJob {
     pub distances: [BindGroup; 4],
 }
 
-/// The passes over volumes, and what their bind groups take.
+/// The passes, and what their bind groups take.
 #[derive(SystemParam)]
 pub(crate) struct VolumePasses<'w> {
-    ranges: Res<'w, RangesPipeline>,
-    cull: Res<'w, CullPipeline>,
-    clip: Res<'w, ClipPipeline>,
-    distances: Res<'w, DistancePipelines>,
-    mark: Res<'w, MarkPipeline>,
-    ray_cast: Res<'w, RayCastPipeline>,
+    passes: Passes<'w>,
     formats: Res<'w, Formats>,
-    cache: Res<'w, PipelineCache>,
     device: Res<'w, RenderDevice>,
     queue: Res<'w, RenderQueue>,
 }
@@ -78,7 +69,7 @@ pub(crate) struct VolumePasses<'w> {
 /// Writes what the shaders read and plans the passes over volumes.
 pub(crate) fn plan_volumes(
     scene: Res<ExtractedScene>,
-    passes: VolumePasses,
+    volume_passes: VolumePasses,
     views: Views,
     clip_maps: Res<ClipMaps>,
     report: Res<ReportChannel>,
@@ -91,13 +82,13 @@ pub(crate) fn plan_volumes(
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let are_ready = passes.are_ready();
+    let are_ready = volume_passes.passes.over_volumes_are_ready();
     let mut progress = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
         };
-        let (device, queue) = (&*passes.device, &*passes.queue);
+        let (device, queue) = (&*volume_passes.device, &*volume_passes.queue);
         resources.upload(volume, device, queue);
         let carvers = carvers_of(volume, &scene, &plan);
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
@@ -116,7 +107,7 @@ pub(crate) fn plan_volumes(
         let windows = views.windows(volume);
         let work = resources.advance(volume, contents, windows, looks_different, &scene.shortcuts);
         if work.is_some() {
-            plan.volumes.extend(work.bind(resources, clip, scene.count_work, &passes));
+            plan.volumes.extend(work.bind(resources, clip, scene.count_work, &volume_passes));
         }
     }
     if let Ok(mut report) = report.0.lock() {
@@ -157,18 +148,6 @@ fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
     is_new
 }
 
-impl VolumePasses<'_> {
-    fn are_ready(&self) -> bool {
-        let cache = &self.cache;
-        self.ranges.is_ready(cache)
-            && self.cull.is_ready(cache)
-            && self.clip.is_ready(cache)
-            && self.distances.is_ready(cache)
-            && self.mark.is_ready(cache)
-            && self.ray_cast.is_ready(cache)
-    }
-}
-
 impl Work {
     /// Writes what the passes read and makes their bind groups.
     fn bind(
@@ -176,9 +155,10 @@ impl Work {
         volume: &mut VolumeResources,
         clip: &ClipTextures,
         counts: bool,
-        passes: &VolumePasses,
+        volume_passes: &VolumePasses,
     ) -> Option<VolumeJob> {
-        let VolumePasses { formats, cache, device, queue, .. } = passes;
+        let VolumePasses { passes, formats, device, queue } = volume_passes;
+        let cache = &*passes.cache;
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
         BrickBuffers::empty(&volume.bricks.word_list, queue);
@@ -190,11 +170,11 @@ impl Work {
                 volume.changes.set(changes);
                 volume.changes.write_buffer(device, queue);
                 Some(ClipJob {
-                    cull: passes.cull.bind(volume, cache, device)?,
+                    cull: passes.cull.bind_volume(volume, cache, device)?,
                     listed: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
-                    clip: passes.clip.bind(volume, cache, device)?,
+                    clip: passes.clip.bind_volume(volume, cache, device)?,
                     brick_list: volume.bricks.brick_list.clone(),
-                    distances: passes.distances.bind(volume, cache, device)?,
+                    distances: passes.distances.bind_volume(volume, cache, device),
                 })
             }
             None => None,
@@ -206,12 +186,12 @@ impl Work {
             volume_group,
             bricks_group,
             bricks: volume.bricks.bricks,
-            ranges: self.finds_ranges.then(|| passes.ranges.bind(&volume.bricks, cache, device)),
+            ranges: self.finds_ranges.then(|| passes.ranges.bind_volume(volume, cache, device)),
             clip: clip_job,
-            marks: marks.filter_map(|window| passes.mark.bind(window, cache, device, queue)).collect(),
+            marks: marks.filter_map(|window| passes.mark.bind_window(window, cache, device, queue)).collect(),
             words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
             cast: if self.casts {
-                passes.ray_cast.bind(volume, formats, counts, cache, device)
+                passes.ray_cast.bind_volume(volume, formats, counts, cache, device)
             } else {
                 None
             },

@@ -1,13 +1,14 @@
 //! What one volume needs this frame, given what is on the device for it.
 
-use super::changes::{Changes, Contents};
+use super::changes::Changes;
 use crate::{
     occlusion::Shortcuts,
     render::{
+        carver_uniform::CarverUniform,
         extract::ExtractedVolume,
-        mark::WindowUniform,
+        pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+        volume_state::Contents,
         volume_store::VolumeResources,
-        volume_uniform::{CarverUniform, OcclusionPassUniform, Queue},
     },
 };
 
@@ -43,12 +44,14 @@ impl VolumeResources {
     ) -> Work {
         let state = &mut self.state;
         let mode = volume.shading.mode;
-        let queue = match mode {
-            _ if !mode.uses_occlusion() => Queue::None,
-            _ if mode.recomputes_all() => Queue::All,
-            _ if shortcuts.demand => Queue::None,
-            _ if shortcuts.sampleable => Queue::Sampleable,
-            _ => Queue::Visible,
+        let queue = if mode.recomputes_all() {
+            Queue::All
+        } else if !mode.uses_occlusion() || shortcuts.demand {
+            Queue::None
+        } else if shortcuts.sampleable {
+            Queue::Sampleable
+        } else {
+            Queue::Visible
         };
         let queues_more = queue != Queue::None && queue != state.queue;
         let changes = if mode.recomputes_all() || queues_more {

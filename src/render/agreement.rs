@@ -1,0 +1,63 @@
+//! Whether structs and constants that stand in Rust and in WGSL are the same in both.
+
+use bevy::render::render_resource::{ShaderType, encase::private::StructMetadata};
+use naga::TypeInner;
+
+use super::{
+    brick_buffers::{MASKS, PENDING},
+    carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
+    pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+    volume_store::VoxelMask,
+    volume_uniform::VolumeUniform,
+};
+use crate::clip::{CoverageRule, MAX_CARVERS};
+
+const BINDINGS: &str = include_str!("volume_bindings.wgsl");
+const BRICKS: &str = include_str!("bricks.wgsl");
+const PASS: &str = include_str!("occlusion_pass.wgsl");
+const MARK: &str = include_str!("mark.wgsl");
+
+/// Size and offsets of a WGSL struct, which has no other struct in it.
+fn wgsl_layout(shader: &str, name: &str) -> (u64, Vec<u64>) {
+    let begin = shader.find(&format!("struct {name} {{")).expect("the struct is there");
+    let text = shader[begin..].split_inclusive("\n}").next().expect("the struct ends");
+    let module = naga::front::wgsl::parse_str(text).expect("the struct is valid");
+    let found = module.types.iter().find(|(_, found)| found.name.as_deref() == Some(name));
+    let (_, found) = found.expect("naga keeps it");
+    let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
+    (*span as u64, members.iter().map(|member| member.offset as u64).collect())
+}
+
+fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>() -> (u64, Vec<u64>) {
+    let offsets = (0..N).map(|member| T::METADATA.offset(member)).collect();
+    (T::min_size().get(), offsets)
+}
+
+#[test]
+fn rust_and_wgsl_agree() {
+    assert_eq!(rust_layout::<VolumeUniform, 19>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
+    assert_eq!(rust_layout::<OcclusionPassUniform, 10>(), wgsl_layout(PASS, "OcclusionPass"));
+    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));
+    for (shader, name, value) in [
+        (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
+        (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),
+        (BINDINGS, "OPERATION_SUBTRACT", OPERATION_SUBTRACT),
+        (BINDINGS, "OPERATION_INTERSECT", OPERATION_INTERSECT),
+        (BINDINGS, "OPERATION_REGION", OPERATION_REGION),
+        (BRICKS, "VALID", VoxelMask::Valid as u32),
+        (BRICKS, "PENDING", PENDING),
+        (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
+        (BRICKS, "MASKS", MASKS),
+        (PASS, "QUEUE_NONE", Queue::None as u32),
+        (PASS, "QUEUE_SAMPLEABLE", Queue::Sampleable as u32),
+        (PASS, "QUEUE_VISIBLE", Queue::Visible as u32),
+        (PASS, "QUEUE_ALL", Queue::All as u32),
+        (PASS, "COVERAGE_LINES", CoverageRule::Lines as u32),
+        (PASS, "COVERAGE_POINTS", CoverageRule::Points as u32),
+        (PASS, "COVERAGE_CENTER", CoverageRule::Center as u32),
+    ] {
+        let line = format!("const {name}: u32 = {value}u;");
+        assert!(shader.contains(&line), "`{line}` is not in the shader");
+    }
+}

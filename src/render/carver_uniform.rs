@@ -1,0 +1,115 @@
+//! The data that every shader reads of a volume's carvers (`volume_bindings.wgsl`).
+
+use bevy::{
+    math::{DMat3, DVec3, Vec3Swizzles},
+    prelude::*,
+    render::render_resource::ShaderType,
+};
+
+use super::{
+    clip_maps::ReadyCarver,
+    extract::{ExtractedCarver, ExtractedVolume},
+};
+use crate::clip::{ClipOperation, MAX_CARVERS};
+
+/// One carver as one volume sees it, as `Carver` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct CarverUniform {
+    clip_from_local: [Vec4; 3],
+    dilation_offset: Vec2,
+    dilation_scale: Vec2,
+    footprint_x: Vec3,
+    footprint_z: f32,
+    footprint_y: Vec2,
+    first_layer: u32,
+    end_layer: u32,
+    pub operation: u32,
+    padding: u32,
+}
+
+/// The carvers of one volume, as `carvers` in WGSL.
+#[derive(Clone, Debug, PartialEq, ShaderType)]
+pub(crate) struct CarverTable {
+    pub carvers: [CarverUniform; MAX_CARVERS],
+}
+
+impl Default for CarverTable {
+    fn default() -> Self {
+        Self { carvers: [default(); MAX_CARVERS] }
+    }
+}
+
+impl FromIterator<CarverUniform> for CarverTable {
+    /// At most [`MAX_CARVERS`].
+    fn from_iter<I: IntoIterator<Item = CarverUniform>>(carvers: I) -> Self {
+        let mut table = Self::default();
+        for (entry, carver) in table.carvers.iter_mut().zip(carvers) {
+            *entry = carver;
+        }
+        table
+    }
+}
+
+impl CarverUniform {
+    pub fn new(carver: &ExtractedCarver, ready: &ReadyCarver, volume: &ExtractedVolume) -> Self {
+        let local_from_volume = carver.world_from_local.inverse() * volume.world_from_local;
+        let clip = ready.frame.clip_from_local() * local_from_volume;
+        let voxel = clip.matrix3.as_dmat3() * volume.geometry.local_from_voxel.matrix3;
+        let edges = lower_triangular(voxel).as_mat3();
+        let dilation = ready.dilation.frame();
+        let matrix = clip.matrix3.transpose();
+        let row = |row: Vec3A, offset: f32| Vec3::from(row).extend(offset);
+        let scale = dilation.size.recip();
+        Self {
+            clip_from_local: [
+                row(matrix.x_axis, clip.translation.x),
+                row(matrix.y_axis, clip.translation.y),
+                row(matrix.z_axis, clip.translation.z),
+            ],
+            dilation_offset: -dilation.min * scale,
+            dilation_scale: scale,
+            footprint_x: edges.x_axis,
+            footprint_z: edges.z_axis.z,
+            footprint_y: edges.y_axis.yz(),
+            first_layer: ready.layers.first,
+            end_layer: ready.layers.first + ready.layers.count,
+            operation: operation_code(carver.clip_mesh.operation),
+            padding: 0,
+        }
+    }
+
+    /// What stands for a carver that was, and whose maps are gone; `None` for one that acted everywhere.
+    pub fn region(self) -> Option<Self> {
+        (self.operation != OPERATION_INTERSECT).then_some(Self { operation: OPERATION_REGION, ..self })
+    }
+
+    #[cfg(test)]
+    pub fn at(place: f32, operation: ClipOperation) -> Self {
+        let clip_from_local = [Vec4::splat(place); 3];
+        Self { clip_from_local, operation: operation_code(operation), ..default() }
+    }
+}
+
+pub(crate) const OPERATION_SUBTRACT: u32 = 1;
+pub(crate) const OPERATION_INTERSECT: u32 = 2;
+pub(crate) const OPERATION_REGION: u32 = 3;
+
+/// An operation as `OPERATION_*` in WGSL.
+fn operation_code(operation: ClipOperation) -> u32 {
+    match operation {
+        ClipOperation::Subtract => OPERATION_SUBTRACT,
+        ClipOperation::Intersect => OPERATION_INTERSECT,
+    }
+}
+
+/// The half edges of a box with the same variance as the box with the half edges `edges`, lower
+/// triangular: the third edge lies along z (Cholesky factor of `edges edges^T`).
+fn lower_triangular(edges: DMat3) -> DMat3 {
+    let gram = edges * edges.transpose();
+    let [xx, xy, xz] = gram.x_axis.to_array();
+    let x = DVec3::new(xx, xy, xz) / xx.sqrt();
+    let yy = (gram.y_axis.y - x.y * x.y).sqrt();
+    let y = DVec3::new(0.0, yy, (gram.y_axis.z - x.y * x.z) / yy);
+    let z = DVec3::new(0.0, 0.0, (gram.z_axis.z - x.z * x.z - y.z * y.z).sqrt());
+    DMat3::from_cols(x, y, z)
+}

@@ -1,0 +1,149 @@
+//! A compute pass: its pipeline, how it is bound and how it is dispatched.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntry, Buffer,
+            CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
+            IntoBindingArray, PipelineCache,
+        },
+        renderer::RenderDevice,
+    },
+    shader::ShaderDefVal,
+};
+
+use super::formats::Formats;
+
+/// Voxels along each side of a brick (`bricks.wgsl`).
+const BRICK: u32 = 4;
+/// Invocations of a workgroup that takes a brick each.
+const WIDTH: u32 = 64;
+/// Most workgroups along one dimension of a dispatch (the WebGPU limit).
+const MOST_GROUPS: u32 = 65_535;
+
+/// Number of bricks of a volume along each axis, those at its edges counted whole.
+pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
+    (dimensions + (BRICK - 1)) / BRICK
+}
+
+/// One compute pass, and the layout of the bind group that is its own.
+pub(crate) struct ComputePass {
+    name: &'static str,
+    layout: BindGroupLayoutDescriptor,
+    pipeline: CachedComputePipelineId,
+}
+
+/// What a compute pass is made of.
+#[derive(Default)]
+pub(crate) struct PassDescriptor<'a> {
+    /// Label of all that belongs to it.
+    pub name: &'static str,
+    pub shader: Handle<Shader>,
+    /// The only one where it is not named.
+    pub entry_point: Option<&'static str>,
+    /// More than [`Formats::shader_defs`].
+    pub shader_defs: Vec<ShaderDefVal>,
+    /// Layouts of the groups before its own.
+    pub before: Vec<BindGroupLayoutDescriptor>,
+    /// Layout of its own group.
+    pub own: &'a [BindGroupLayoutEntry],
+    /// Layouts of the groups behind its own.
+    pub behind: Vec<BindGroupLayoutDescriptor>,
+    /// Whether the shader counts on workgroup memory to be 0 at first.
+    pub zeroes_memory: bool,
+}
+
+impl ComputePass {
+    pub fn new(world: &World, descriptor: PassDescriptor) -> Self {
+        let layout = BindGroupLayoutDescriptor::new(descriptor.name, descriptor.own);
+        let mut layouts = descriptor.before;
+        layouts.push(layout.clone());
+        layouts.extend(descriptor.behind);
+        let mut shader_defs = world.resource::<Formats>().shader_defs();
+        shader_defs.extend(descriptor.shader_defs);
+        let pipeline = world.resource::<PipelineCache>().queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some(descriptor.name.into()),
+            layout: layouts,
+            shader: descriptor.shader,
+            shader_defs,
+            entry_point: descriptor.entry_point.map(Into::into),
+            zero_initialize_workgroup_memory: descriptor.zeroes_memory,
+            ..default()
+        });
+        Self { name: descriptor.name, layout, pipeline }
+    }
+
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        cache.get_compute_pipeline(self.pipeline).is_some()
+    }
+
+    /// The layout of its own bind group, for others to have it as well.
+    pub fn layout(&self) -> &BindGroupLayoutDescriptor {
+        &self.layout
+    }
+
+    /// Its own bind group, of resources in the order of their bindings.
+    pub fn bind<'b, const N: usize>(
+        &self,
+        resources: impl IntoBindingArray<'b, N>,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> BindGroup {
+        let layout = cache.get_bind_group_layout(&self.layout);
+        device.create_bind_group(self.name, &layout, &BindGroupEntries::sequential(resources))
+    }
+
+    /// Runs it once, with all its bind groups.
+    pub fn encode<'b>(
+        &self,
+        encoder: &mut CommandEncoder,
+        bind_groups: impl IntoIterator<Item = &'b BindGroup>,
+        groups: Groups,
+        cache: &PipelineCache,
+    ) {
+        let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) else {
+            return;
+        };
+        let mut pass = encoder
+            .begin_compute_pass(&ComputePassDescriptor { label: Some(self.name), timestamp_writes: None });
+        pass.set_pipeline(pipeline);
+        for (index, group) in (0..).zip(bind_groups) {
+            pass.set_bind_group(index, group, &[]);
+        }
+        match groups {
+            Groups::Square(side) => pass.dispatch_workgroups(side, side, 1),
+            Groups::Pixels(size) => pass.dispatch_workgroups(size.x.div_ceil(8), size.y.div_ceil(8), 1),
+            Groups::Bricks(bricks) => {
+                let groups = bricks.div_ceil(WIDTH);
+                let rows = groups.div_ceil(MOST_GROUPS).max(1);
+                pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
+            }
+            Groups::Listed(list) => pass.dispatch_workgroups_indirect(list, 0),
+        }
+    }
+}
+
+/// How many workgroups a pass gets.
+#[derive(Clone, Copy)]
+pub(crate) enum Groups<'a> {
+    /// Columns and rows of them.
+    Square(u32),
+    /// One invocation for each pixel, 8x8 to a workgroup.
+    Pixels(UVec2),
+    /// One invocation for each of so many bricks.
+    Bricks(u32),
+    /// As the head of a list says (`work_list.wgsl`).
+    Listed(&'a Buffer),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bricks_cover_edges() {
+        assert_eq!(brick_counts(UVec3::new(1, 4, 5)), UVec3::new(1, 1, 2));
+        assert_eq!(brick_counts(UVec3::splat(512)), UVec3::splat(128));
+    }
+}

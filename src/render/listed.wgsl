@@ -1,0 +1,25 @@
+// A list that a pass before has filled (`work_list.wgsl`), for the pass that is dispatched over it.
+
+#define_import_path bevy_contextual_ao::listed
+
+struct List {
+    groups_x: u32,
+    groups_y: u32,
+    groups_z: u32,
+    count: u32,
+    items: array<u32>,
+}
+
+@group(1) @binding(4) var<storage, read> list: List;
+
+// What a workgroup gets if the list is at its end.
+const NOTHING: u32 = 0xffffffffu;
+
+// The item of a workgroup.
+fn listed_item(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    let index = group.y * groups.x + group.x;
+    if index >= list.count {
+        return NOTHING;
+    }
+    return list.items[index];
+}

@@ -1,0 +1,42 @@
+//! All passes, in the order in which they run in a frame.
+
+use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::PipelineCache};
+
+use super::{
+    clip::ClipPass, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses,
+    distances::DistancePasses, mark::MarkPass, peel::PeelPasses, ranges::RangesPass, ray_cast::RayCastPasses,
+};
+
+/// The passes and their pipelines.
+#[derive(SystemParam)]
+pub(crate) struct Passes<'w> {
+    pub count: Res<'w, CountPass>,
+    pub peel: Res<'w, PeelPasses>,
+    pub dilate: Res<'w, DilatePasses>,
+    pub ranges: Res<'w, RangesPass>,
+    pub cull: Res<'w, CullPass>,
+    pub clip: Res<'w, ClipPass>,
+    pub distances: Res<'w, DistancePasses>,
+    pub mark: Res<'w, MarkPass>,
+    pub ray_cast: Res<'w, RayCastPasses>,
+    pub cache: Res<'w, PipelineCache>,
+}
+
+impl Passes<'_> {
+    /// Whether carvers can be drawn and dilated.
+    pub fn over_carvers_are_ready(&self) -> bool {
+        let cache = &self.cache;
+        self.count.is_ready(cache) && self.peel.is_ready(cache) && self.dilate.is_ready(cache)
+    }
+
+    /// Whether volumes can be clipped and shaded.
+    pub fn over_volumes_are_ready(&self) -> bool {
+        let cache = &self.cache;
+        self.ranges.is_ready(cache)
+            && self.cull.is_ready(cache)
+            && self.clip.is_ready(cache)
+            && self.distances.is_ready(cache)
+            && self.mark.is_ready(cache)
+            && self.ray_cast.is_ready(cache)
+    }
+}

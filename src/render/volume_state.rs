@@ -1,0 +1,41 @@
+//! What is on the device for a volume, and of what: by this it is decided what has to be done.
+
+use super::{
+    carver_uniform::CarverUniform,
+    extract::ExtractedVolume,
+    pass_uniforms::{Queue, WindowUniform},
+};
+use crate::{clip::CoverageRule, occlusion::AmbientOcclusion};
+
+/// What opacities and occlusion depend on, besides the volume itself.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Contents {
+    pub table_revision: u32,
+    pub occlusion: AmbientOcclusion,
+    pub coverage: CoverageRule,
+    /// The carvers that act, each with the revision of its maps.
+    pub carvers: Vec<(CarverUniform, u64)>,
+}
+
+impl Contents {
+    pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
+        Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
+    }
+}
+
+/// What is on the device for a volume.
+#[derive(Default)]
+pub(crate) struct VolumeState {
+    /// Table on the device.
+    pub table_revision: Option<u32>,
+    /// What the rays on the device were made for.
+    pub rays_for: Option<AmbientOcclusion>,
+    /// Whether the ranges of bricks are there.
+    pub has_ranges: bool,
+    /// What opacities, and occlusion where it is valid, are of; `None` before the first.
+    pub contents: Option<Contents>,
+    /// What was cast without being asked for.
+    pub queue: Queue,
+    /// Views for which all occlusion that they read is valid.
+    pub marked: Vec<WindowUniform>,
+}
