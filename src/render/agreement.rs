@@ -35,7 +35,7 @@ fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>
 
 #[test]
 fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 19>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<VolumeUniform, 20>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 10>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));

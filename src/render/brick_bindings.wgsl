@@ -4,19 +4,19 @@
 #define_import_path bevy_contextual_ao::brick_bindings
 
 #import bevy_contextual_ao::{
-    bricks::{brick_index, brick_of_point},
+    bricks::brick_of_point,
     volume_bindings::volume,
 }
 
 // Bit k: a carver whose number is k modulo 32 may clip points of the brick, or change a voxel's opacity.
-@group(#{VOLUME_BIND_GROUP}) @binding(7) var<storage, read> near_carvers: array<u32>;
+@group(#{VOLUME_BIND_GROUP}) @binding(7) var near_carvers: texture_3d<u32>;
 // Chebyshev distance, in bricks, to the nearest in which something visible may be; 0 in those.
-@group(#{VOLUME_BIND_GROUP}) @binding(8) var<storage, read> distances: array<u32>;
+@group(#{VOLUME_BIND_GROUP}) @binding(8) var distances: texture_3d<u32>;
 
 fn carvers_near(p: vec3<f32>) -> u32 {
-    return near_carvers[brick_index(brick_of_point(p))] | volume.tests_all_carvers;
+    return textureLoad(near_carvers, brick_of_point(p), 0).r | volume.tests_all_carvers;
 }
 
 fn distance_at(p: vec3<f32>) -> u32 {
-    return distances[brick_index(brick_of_point(p))];
+    return textureLoad(distances, brick_of_point(p), 0).r;
 }

@@ -5,13 +5,18 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
-            BufferDescriptor, BufferUsages, PipelineCache, ShaderStages, binding_types::storage_buffer_sized,
+            BufferDescriptor, BufferUsages, PipelineCache, ShaderStages, TextureFormat, TextureUsages,
+            TextureViewDimension, binding_types::storage_buffer_sized,
         },
         renderer::{RenderDevice, RenderQueue},
     },
 };
 
-use super::compute_pass::brick_counts;
+use super::{
+    compute_pass::brick_counts,
+    formats::volume_texture,
+    textures::{TextureAndView, usage_of},
+};
 use crate::{diagnostics::GpuUsage, volume::LookupTable};
 
 /// Words of a mask of voxels in a brick.
@@ -19,6 +24,8 @@ const MASK_WORDS: u32 = 2;
 /// Masks of voxels (`bricks.wgsl`), one of them of the voxels that are to be cast.
 pub(crate) const MASKS: u32 = 3;
 pub(crate) const PENDING: u32 = 1;
+/// A number for every brick, as compute passes write it on any device.
+pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Words before the items of a list (`work_list.wgsl`).
 const LIST_HEAD: u32 = 4;
 
@@ -31,11 +38,11 @@ pub(crate) struct BrickBuffers {
     /// Number of lookup table entries before each that have opacity.
     pub opaque_before: Buffer,
     /// A bit for every carver near each, modulo 32.
-    pub near_carvers: Buffer,
+    pub near_carvers: TextureAndView,
     /// Distance from the nearest in which something may be seen.
-    pub distances: Buffer,
+    pub distances: TextureAndView,
     /// The same on the way there.
-    pub other_distances: Buffer,
+    pub other_distances: TextureAndView,
     /// Valid, pending, hidden voxels.
     pub voxel_masks: Buffer,
     /// Bricks to be clipped.
@@ -46,7 +53,13 @@ pub(crate) struct BrickBuffers {
 
 impl BrickBuffers {
     pub fn new(dimensions: UVec3, device: &RenderDevice) -> Self {
-        let bricks = brick_counts(dimensions).element_product();
+        let counts = brick_counts(dimensions);
+        let bricks = counts.element_product();
+        // Read along rays, where textures are faster than buffers.
+        let texture = |label| {
+            let descriptor = volume_texture(label, counts, BRICK_FORMAT, TextureUsages::STORAGE_BINDING);
+            TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
+        };
         let buffer = |label, words: u32| {
             device.create_buffer(&BufferDescriptor {
                 label: Some(label),
@@ -62,9 +75,9 @@ impl BrickBuffers {
             bricks,
             ranges: buffer("contextual_ao_ranges", bricks),
             opaque_before: buffer("contextual_ao_opaque_before", LookupTable::ENTRIES as u32 + 1),
-            near_carvers: buffer("contextual_ao_near_carvers", bricks),
-            distances: buffer("contextual_ao_distances", bricks),
-            other_distances: buffer("contextual_ao_other_distances", bricks),
+            near_carvers: texture("contextual_ao_near_carvers"),
+            distances: texture("contextual_ao_distances"),
+            other_distances: texture("contextual_ao_other_distances"),
             voxel_masks: buffer("contextual_ao_voxel_masks", MASKS * MASK_WORDS * bricks),
             brick_list: buffer("contextual_ao_brick_list", LIST_HEAD + bricks),
             word_list: buffer("contextual_ao_word_list", LIST_HEAD + MASK_WORDS * bricks),
@@ -83,18 +96,12 @@ impl BrickBuffers {
     }
 
     pub fn usage(&self) -> GpuUsage {
-        let buffers = [
-            &self.ranges,
-            &self.opaque_before,
-            &self.near_carvers,
-            &self.distances,
-            &self.other_distances,
-            &self.voxel_masks,
-            &self.brick_list,
-            &self.word_list,
-        ];
+        let buffers =
+            [&self.ranges, &self.opaque_before, &self.voxel_masks, &self.brick_list, &self.word_list];
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
-        GpuUsage { buffers: buffers.len() as u32, bytes, ..default() }
+        let textures = [&self.near_carvers, &self.distances, &self.other_distances];
+        usage_of(textures.map(|texture| &texture.texture))
+            + GpuUsage { buffers: buffers.len() as u32, bytes, ..default() }
     }
 }
 

@@ -60,7 +60,7 @@ fn clip(
         if clips {
             let intensity = textureLoad(intensities, voxel, 0).r;
             let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
-            let near = near_carvers[brick] | volume.tests_all_carvers;
+            let near = textureLoad(near_carvers, brick_at(brick), 0).r | volume.tests_all_carvers;
             let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
             textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
             let is_hidden = clipping.is_removed || is_brick_transparent(brick);

@@ -5,10 +5,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, StorageTextureAccess,
             binding_types::{
-                storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized,
-                uniform_buffer,
+                storage_buffer_read_only, storage_buffer_read_only_sized, texture_storage_3d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -16,7 +15,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::work_layout,
+    brick_buffers::{BRICK_FORMAT, work_layout},
     carver_uniform::CarverUniform,
     compute_pass::{ComputePass, PassDescriptor},
     pass_uniforms::OcclusionPassUniform,
@@ -38,7 +37,7 @@ impl FromWorld for CullPass {
                 read,
                 uniform_buffer::<OcclusionPassUniform>(false),
                 storage_buffer_read_only::<Vec<CarverUniform>>(false),
-                storage_buffer_sized(false, None),
+                texture_storage_3d(BRICK_FORMAT, StorageTextureAccess::WriteOnly),
             ),
         );
         let descriptor = PassDescriptor {
@@ -65,7 +64,7 @@ impl CullPass {
             volume.bricks.ranges.as_entire_binding(),
             volume.pass.binding()?,
             volume.changes.binding()?,
-            volume.bricks.near_carvers.as_entire_binding(),
+            &volume.bricks.near_carvers.view,
         );
         Some(self.bind(resources, cache, device))
     }

@@ -13,7 +13,7 @@
 
 // Carvers that moved, came, or went: as they were and as they are.
 @group(1) @binding(3) var<storage, read> changes: array<Carver>;
-@group(1) @binding(4) var<storage, read_write> near_carvers: array<u32>;
+@group(1) @binding(4) var near_carvers: texture_storage_3d<r32uint, write>;
 
 @compute @workgroup_size(WIDTH)
 fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -27,7 +27,7 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
         near |= u32(is_near(carvers[i], center_mm, clips_mm)) << (i & 31u);
     }
-    near_carvers[index] = near;
+    textureStore(near_carvers, brick_at(index), vec4(near, 0u, 0u, 0u));
 
     var is_listed = occlusion_pass.lists_all != 0u;
     // Which voxels are wanted goes by what is hidden.

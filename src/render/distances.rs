@@ -5,8 +5,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutEntries, Buffer, CommandEncoder, PipelineCache, ShaderStages,
-            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized},
+            BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, CommandEncoder, PipelineCache,
+            ShaderStages, StorageTextureAccess, TextureSampleType,
+            binding_types::{storage_buffer_read_only_sized, texture_3d, texture_storage_3d},
         },
         renderer::RenderDevice,
     },
@@ -14,6 +15,7 @@ use bevy::{
 };
 
 use super::{
+    brick_buffers::BRICK_FORMAT,
     compute_pass::{ComputePass, Groups, PassDescriptor},
     volume_bindings,
     volume_store::VolumeResources,
@@ -21,67 +23,85 @@ use super::{
 
 /// What is occupied, then a sweep along each axis; each visits all bricks.
 #[derive(Resource)]
-pub(crate) struct DistancePasses([ComputePass; 4]);
+pub(crate) struct DistancePasses {
+    occupy: ComputePass,
+    sweeps: [ComputePass; 3],
+}
+
+/// The bind groups of each.
+pub(crate) struct DistanceGroups {
+    occupy: BindGroup,
+    sweeps: [BindGroup; 3],
+}
 
 impl FromWorld for DistancePasses {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
-        let own = BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (read, read, storage_buffer_sized(false, None), read),
-        );
+        let written = texture_storage_3d(BRICK_FORMAT, StorageTextureAccess::WriteOnly);
+        let along_other_axes = texture_3d(TextureSampleType::Uint);
         let shader: Handle<Shader> = load_embedded_asset!(world, "distances.wgsl");
-        let axis = |axis| ShaderDefVal::UInt("AXIS".into(), axis);
-        Self(["OCCUPY".into(), axis(0), axis(1), axis(2)].map(|step| {
+        let pass = |shader_def, own: &[BindGroupLayoutEntry]| {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_distances",
                 shader: shader.clone(),
-                shader_defs: vec![step],
+                shader_defs: vec![shader_def],
                 before: vec![volume_bindings::compute_layout()],
-                own: &own,
+                own,
                 ..default()
             };
             ComputePass::new(world, descriptor)
-        }))
+        };
+        let stages = ShaderStages::COMPUTE;
+        let occupy = BindGroupLayoutEntries::sequential(stages, (read, read, read, written));
+        let sweep = BindGroupLayoutEntries::sequential(stages, (along_other_axes, written));
+        Self {
+            occupy: pass("OCCUPY".into(), &occupy),
+            sweeps: [0, 1, 2].map(|axis| pass(ShaderDefVal::UInt("AXIS".into(), axis), &sweep)),
+        }
     }
 }
 
 impl DistancePasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.0.iter().all(|step| step.is_ready(cache))
+        self.occupy.is_ready(cache) && self.sweeps.iter().all(|sweep| sweep.is_ready(cache))
     }
 
-    /// One group for each step.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         cache: &PipelineCache,
         device: &RenderDevice,
-    ) -> [BindGroup; 4] {
+    ) -> DistanceGroups {
         let bricks = &volume.bricks;
-        let bind = |step: usize, written: &Buffer, read: &Buffer| {
-            let resources = (
-                bricks.opaque_before.as_entire_binding(),
-                bricks.ranges.as_entire_binding(),
-                written.as_entire_binding(),
-                read.as_entire_binding(),
-            );
-            self.0[step].bind(resources, cache, device)
-        };
-        let (to, fro) = (&bricks.distances, &bricks.other_distances);
-        [bind(0, fro, &bricks.voxel_masks), bind(1, to, fro), bind(2, fro, to), bind(3, to, fro)]
+        let (to, fro) = (&bricks.distances.view, &bricks.other_distances.view);
+        let resources = (
+            bricks.opaque_before.as_entire_binding(),
+            bricks.ranges.as_entire_binding(),
+            bricks.voxel_masks.as_entire_binding(),
+            fro,
+        );
+        let [x, y, z] = &self.sweeps;
+        DistanceGroups {
+            occupy: self.occupy.bind(resources, cache, device),
+            sweeps: [
+                x.bind((fro, to), cache, device),
+                y.bind((to, fro), cache, device),
+                z.bind((fro, to), cache, device),
+            ],
+        }
     }
 
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
         volume: &BindGroup,
-        steps: &[BindGroup; 4],
+        groups: &DistanceGroups,
         bricks: u32,
         cache: &PipelineCache,
     ) {
-        for (pass, step) in self.0.iter().zip(steps) {
-            pass.encode(encoder, [volume, step], Groups::Bricks(bricks), cache);
+        self.occupy.encode(encoder, [volume, &groups.occupy], Groups::Bricks(bricks), cache);
+        for (sweep, group) in self.sweeps.iter().zip(&groups.sweeps) {
+            sweep.encode(encoder, [volume, group], Groups::Bricks(bricks), cache);
         }
     }
 }

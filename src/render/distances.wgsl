@@ -10,11 +10,12 @@
     volume_bindings::volume,
 }
 
-@group(1) @binding(2) var<storage, read_write> found: array<u32>;
 #ifdef OCCUPY
-@group(1) @binding(3) var<storage, read> voxel_masks: array<u32>;
+@group(1) @binding(2) var<storage, read> voxel_masks: array<u32>;
+@group(1) @binding(3) var found: texture_storage_3d<r32uint, write>;
 #else
-@group(1) @binding(3) var<storage, read> along_other_axes: array<u32>;
+@group(1) @binding(0) var along_other_axes: texture_3d<u32>;
+@group(1) @binding(1) var found: texture_storage_3d<r32uint, write>;
 #endif
 
 // Farther is not looked, bricks.
@@ -56,23 +57,24 @@ fn find_distances(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
     if index >= number_of_bricks() {
         return;
     }
+    let brick = brick_at(index);
 #ifdef OCCUPY
-    found[index] = select(FARTHEST, 0u, !is_brick_transparent(index) && is_seen(brick_at(index)));
+    let nearest = select(FARTHEST, 0u, !is_brick_transparent(index) && is_seen(brick));
 #else
-    let place = brick_at(index)[#{AXIS}u];
-    let bricks = brick_counts();
-    let count = bricks[#{AXIS}u];
-    let strides = vec3(1u, bricks.x, bricks.x * bricks.y);
-    let stride = strides[#{AXIS}u];
-    var nearest = along_other_axes[index];
+    let place = brick[#{AXIS}u];
+    let count = brick_counts()[#{AXIS}u];
+    var nearest = textureLoad(along_other_axes, brick, 0).r;
     for (var k = 1u; k < nearest; k += 1u) {
+        var neighbor = brick;
         if k <= place {
-            nearest = min(nearest, max(k, along_other_axes[index - k * stride]));
+            neighbor[#{AXIS}u] = place - k;
+            nearest = min(nearest, max(k, textureLoad(along_other_axes, neighbor, 0).r));
         }
         if place + k < count {
-            nearest = min(nearest, max(k, along_other_axes[index + k * stride]));
+            neighbor[#{AXIS}u] = place + k;
+            nearest = min(nearest, max(k, textureLoad(along_other_axes, neighbor, 0).r));
         }
     }
-    found[index] = nearest;
 #endif
+    textureStore(found, brick, vec4(nearest, 0u, 0u, 0u));
 }

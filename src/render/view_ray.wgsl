@@ -14,7 +14,7 @@
     brick_bindings::{carvers_near, distance_at},
     bricks::samples_within,
     clip_test::is_visible,
-    volume_bindings::{classify_intensity, edge_sampler, intensities, volume},
+    volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
 }
 
 // A ray is finished when this much is accumulated.
@@ -115,11 +115,11 @@ fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
 }
 
 // Where a ray is cut between a visible and a clipped point, given by their distances from `near`:
-// the last visible point found by halving.
-fn cut_between(ray: ViewRay, visible_at: f32, clipped_at: f32) -> f32 {
+// the last visible point found by halving, if it is asked for.
+fn cut_between(ray: ViewRay, visible_at: f32, clipped_at: f32, is_asked: bool) -> f32 {
     var visible_mm = visible_at;
     var clipped_mm = clipped_at;
-    for (var k = 0; k < CUT_HALVINGS; k += 1) {
+    for (var k = 0; k < CUT_HALVINGS && is_asked; k += 1) {
         let middle_mm = 0.5 * (visible_mm + clipped_mm);
         if is_visible_at(ray, middle_mm) {
             visible_mm = middle_mm;
@@ -130,43 +130,73 @@ fn cut_between(ray: ViewRay, visible_at: f32, clipped_at: f32) -> f32 {
     return visible_mm;
 }
 
+fn along_ray(ray: ViewRay, i: u32) -> f32 {
+    return ray.begin_mm + (f32(i) + ray.offset) * volume.draw_step_mm;
+}
+
+// Follows a ray through what is transparent: to the next sample that may not be, or that ends what was
+// visible. Returns its intensity. Nothing else is done in this loop, so that rays side by side, which a
+// device runs in step, wait for each other as little as can be.
+fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
+    let dimensions = vec3<f32>(volume.dimensions);
+    let step = volume.draw_step_mm * ray.velocity * dimensions;
+    let follows = (*march).before == VISIBLE;
+    var i = (*march).i;
+    var before = (*march).before;
+    var intensity = 0.0;
+    while i < (*march).count {
+        let point = (ray.origin + along_ray(ray, i) * ray.velocity) * dimensions;
+        let distance = select(distance_at(point) * volume.draw_leaps, 0u, follows);
+        if distance > 0u {
+            // To the last sample in what is empty: the next needs to know what was before it.
+            i += min((*march).count - i, samples_within(point, step, distance)) - 1u;
+        }
+        let p = ray.origin + along_ray(ray, i) * ray.velocity;
+        intensity = textureSampleLevel(intensities, edge_sampler, p, 0.0).r;
+        if follows || may_be_visible(intensity) {
+            break;
+        }
+        before = EMPTY;
+        i += 1u;
+    }
+    (*march).i = i;
+    (*march).before = before;
+    return intensity;
+}
+
 // The next piece of a ray in which there is something.
 fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
-    let dimensions = vec3<f32>(volume.dimensions);
     let step_mm = volume.draw_step_mm;
-    let step = step_mm * ray.velocity * dimensions;
     var slice = Slice(vec4(0.0), vec3(0.0), 0.0);
-    while (*march).i < (*march).count && slice.steps <= 0.0 {
-        var along = ray.begin_mm + (f32((*march).i) + ray.offset) * step_mm;
-        let point = (ray.origin + along * ray.velocity) * dimensions;
-        let distance = distance_at(point) * volume.draw_leaps;
-        if distance > 0u && (*march).before != VISIBLE {
-            // To the last sample in what is empty: the next needs to know what was before it.
-            let left = (*march).count - (*march).i;
-            (*march).i += min(left, samples_within(point, step, distance)) - 1u;
-            along = ray.begin_mm + (f32((*march).i) + ray.offset) * step_mm;
+    while slice.steps <= 0.0 {
+        let intensity = seek(ray, march);
+        if (*march).i >= (*march).count {
+            break;
         }
-        let p = ray.origin + along * ray.velocity;
-        let sample = classify(p);
+        let along = along_ray(ray, (*march).i);
+        let sample = classify_intensity(intensity);
         var now = EMPTY;
         if sample.a > 0.0 {
             now = select(CLIPPED, VISIBLE, is_visible_at(ray, along));
         }
-        if (*march).before == VISIBLE {
+        let before = (*march).before;
+        let leaves = before == VISIBLE && now == CLIPPED;
+        let enters = before == CLIPPED && now == VISIBLE;
+        let visible_mm = select(along, along - step_mm, leaves);
+        let clipped_mm = select(along - step_mm, along, leaves);
+        let cut_mm = cut_between(ray, visible_mm, clipped_mm, leaves || enters);
+        if before == VISIBLE {
             // The sample before stands for the step from there to here, as far as it is not cut.
             slice = (*march).last;
-            if now == CLIPPED {
-                slice.steps += (cut_between(ray, along - step_mm, along) - along) / step_mm;
-            }
-        } else if (*march).before == CLIPPED && now == VISIBLE {
+            slice.steps += select(0.0, (cut_mm - along) / step_mm, leaves);
+        } else if enters {
             // What is left of the step is sampled at the cut: surfaces stay where they are when a
             // carver moves by less than a step, and are as smooth as the carver.
-            let cut_mm = cut_between(ray, along, along - step_mm);
             let cut = ray.origin + cut_mm * ray.velocity;
             slice = Slice(classify(cut), cut, (along - cut_mm) / step_mm);
         }
         (*march).before = now;
-        (*march).last = Slice(sample, p, 1.0);
+        (*march).last = Slice(sample, ray.origin + along * ray.velocity, 1.0);
         (*march).i += 1u;
     }
     if slice.steps <= 0.0 && (*march).before == VISIBLE {

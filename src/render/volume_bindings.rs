@@ -8,10 +8,7 @@ use bevy::{
             BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             BindGroupLayoutEntry, OwnedBindingResource, PipelineCache, SamplerBindingType, ShaderStages,
             TextureSampleType, TextureViewDimension,
-            binding_types::{
-                sampler, storage_buffer_read_only_sized, texture_2d, texture_2d_array, texture_3d,
-                uniform_buffer,
-            },
+            binding_types::{sampler, texture_2d, texture_2d_array, texture_3d, uniform_buffer},
         },
         renderer::RenderDevice,
     },
@@ -49,7 +46,7 @@ pub(crate) fn compute_layout() -> BindGroupLayoutDescriptor {
 /// The layout with what is known of bricks, 7 and 8 (`brick_bindings.wgsl`).
 pub(crate) fn brick_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let mut entries = layout_entries(stages);
-    entries.extend([7, 8].map(|binding| storage_buffer_read_only_sized(false, None).build(binding, stages)));
+    entries.extend([7, 8].map(|binding| texture_3d(TextureSampleType::Uint).build(binding, stages)));
     entries
 }
 
@@ -73,8 +70,8 @@ pub(crate) fn brick_bindings(
         TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
         TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),
         Sampler(SamplerBindingType::Filtering, formats.edge_sampler.clone()),
-        Buffer(volume.bricks.near_carvers.clone()),
-        Buffer(volume.bricks.distances.clone()),
+        TextureView(TextureViewDimension::D3, volume.bricks.near_carvers.view.clone()),
+        TextureView(TextureViewDimension::D3, volume.bricks.distances.view.clone()),
     ];
     Some((0..).zip(resources).collect())
 }

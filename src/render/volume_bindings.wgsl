@@ -36,6 +36,8 @@ struct VolumeUniform {
     tests_all_carvers: u32,
     // 1: view rays leap over empty bricks.
     draw_leaps: u32,
+    // Intensities as the texture gives them: all below and all above are transparent.
+    visible_intensities: vec2<f32>,
 }
 
 struct Carver {
@@ -81,6 +83,11 @@ fn lookup_entry(intensity: f32) -> f32 {
     let entry = intensity * volume.table_scale + volume.table_offset;
     let nearest = round(entry);
     return select(entry, nearest, abs(entry - nearest) < 1e-3);
+}
+
+// Whether an intensity lies between the lowest and the highest that has opacity.
+fn may_be_visible(intensity: f32) -> bool {
+    return intensity > volume.visible_intensities.x && intensity < volume.visible_intensities.y;
 }
 
 // Colour (linear RGB) and opacity per unit distance of an intensity as a texture gives it.

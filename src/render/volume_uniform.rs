@@ -34,6 +34,7 @@ pub(crate) struct VolumeUniform {
     footprint_mm: f32,
     tests_all_carvers: u32,
     draw_leaps: u32,
+    visible_intensities: Vec2,
 }
 
 impl VolumeUniform {
@@ -51,6 +52,8 @@ impl VolumeUniform {
         let texture_from_voxel = geometry.texture_from_voxel();
         let [lo, hi] = volume.table.stored_range;
         let entries_per_stored = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
+        let table_scale = largest_stored * entries_per_stored;
+        let table_offset = -lo * entries_per_stored;
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
@@ -63,8 +66,8 @@ impl VolumeUniform {
             occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion),
             light_share: f32::from(mode.uses_light()),
             jitter_share: f32::from(volume.shading.jitter),
-            table_scale: (largest_stored * entries_per_stored) as f32,
-            table_offset: (-lo * entries_per_stored) as f32,
+            table_scale: table_scale as f32,
+            table_offset: table_offset as f32,
             occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
@@ -76,8 +79,27 @@ impl VolumeUniform {
             footprint_mm: AmbientOcclusion::footprint_mm(geometry) as f32,
             tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
+            visible_intensities: visible_intensities(&volume.table, table_scale, table_offset),
         }
     }
+}
+
+/// Between which intensities a table has opacity, an entry being an intensity times `scale` plus `offset`.
+/// Where the function is constant beyond the table's ends, without end.
+fn visible_intensities(table: &LookupTable, scale: f64, offset: f64) -> Vec2 {
+    let has_opacity = |entry: &[f32; 4]| entry[3] > 0.0;
+    let first = table.entries.iter().position(has_opacity);
+    let last = table.entries.iter().rposition(has_opacity);
+    let (Some(first), Some(last)) = (first, last) else {
+        return Vec2::new(f32::MAX, f32::MIN);
+    };
+    // Entries beside one that has opacity are transparent, what is between is not; a bit more for rounding.
+    let intensity = |entry: f64| ((entry - offset) / scale) as f32;
+    let has_scale = scale > 0.0;
+    let from = if first > 0 && has_scale { intensity(first as f64 - 1.01) } else { f32::MIN };
+    let to =
+        if last + 1 < table.entries.len() && has_scale { intensity(last as f64 + 1.01) } else { f32::MAX };
+    Vec2::new(from, to)
 }
 
 /// The bits, modulo 32, of so many carvers.

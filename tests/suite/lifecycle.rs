@@ -199,7 +199,7 @@ fn volumes_go_with_their_entity() {
     let data = scene.world().resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
     let second = scene.world().spawn(VolumeBundle::new(data)).id();
     scene.headless.frames(4);
-    assert_eq!(scene.status().usage.textures, one.textures + 4);
+    assert_eq!(scene.status().usage.textures, one.textures + 7);
     scene.world().despawn(second);
     let volume = scene.volume;
     // Taking the component is as good as despawning.

@@ -17,6 +17,7 @@ use crate::{
         carver_uniform::{CarverTable, CarverUniform},
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
+        distances::DistanceGroups,
         extract::{ExtractedScene, ExtractedVolume},
         formats::Formats,
         mark::MarkJob,
@@ -54,7 +55,7 @@ pub(crate) struct ClipJob {
     pub listed: BindGroup,
     pub clip: BindGroup,
     pub brick_list: Buffer,
-    pub distances: [BindGroup; 4],
+    pub distances: DistanceGroups,
 }
 
 /// The passes, and what their bind groups take.
