@@ -101,16 +101,25 @@ pub fn peer(options: &Options) -> Result<(), String> {
     let mut parts = shell(128, 128.0)?;
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
     let mut stage = Stage::new(parts, UVec2::splat(512));
+    stage.set_shortcuts(options.scene.shortcuts()?);
     let pattern = stage.occlusion().pattern;
     for mode in [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao] {
         stage.prepare(mode, pattern)?;
-        let times = stage.medians(options.warmup, options.frames, |stage, frame| {
+        let change = |stage: &mut Stage, frame: u32| {
             stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
             stage.turn_camera(frame as f32);
+        };
+        let times = stage.medians(options.warmup, options.frames, change);
+        let work = stage.count(|stage| change(stage, options.warmup + options.frames));
+        let figures = json!({
+            "mode": mode.name(),
+            "frames": options.frames,
+            "recast_voxels": work.voxels,
+            "samples": work.samples,
+            "distances": work.distances,
         });
-        stage.move_carver(Vec3::ZERO);
-        stage.turn_camera(0.0);
-        stage.print(merged(json!({ "mode": mode.name(), "frames": options.frames }), times.to_json()));
+        stage.print(merged(figures, times.to_json()));
+        change(&mut stage, 0);
     }
     Ok(())
 }

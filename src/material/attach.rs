@@ -20,30 +20,34 @@ pub(super) struct Visuals {
     volume_revision: u32,
     clip_capacity: ClipCapacity,
     depth_map_size: u32,
+    is_mirrored: bool,
 }
 
 /// Makes the box and the material of volumes that can be shown, and makes them anew when the
 /// textures that the material binds are new.
 pub(super) fn attach_visuals(
     mut commands: Commands,
-    volumes: Query<(Entity, &LookupTable, Option<&Visuals>), With<Volume3d>>,
+    volumes: Query<(Entity, &LookupTable, &GlobalTransform, Option<&Visuals>), With<Volume3d>>,
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    for (entity, table, current) in &volumes {
+    for (entity, table, transform, current) in &volumes {
+        let linear =
+            table.geometry.local_from_voxel.matrix3.as_mat3() * Mat3::from(transform.affine().matrix3);
         let visuals = Visuals {
             volume_revision: table.volume_revision,
             clip_capacity: *clip_capacity,
             depth_map_size: clip_settings.depth_map_size,
+            is_mirrored: linear.determinant() < 0.0,
         };
         if current == Some(&visuals) {
             continue;
         }
         commands.entity(entity).try_insert((
+            Mesh3d(meshes.add(box_mesh(&table.geometry, visuals.is_mirrored))),
             visuals,
-            Mesh3d(meshes.add(box_mesh(&table.geometry))),
             MeshMaterial3d(materials.add(VolumeMaterial { volume: entity })),
             NotShadowCaster,
             NotShadowReceiver,
@@ -81,13 +85,13 @@ pub(super) fn require_depth(
     }
 }
 
-/// The box that the voxels fill, in volume space (mm), faces outwards.
-fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
+/// The box that the voxels fill, in volume space (mm). In the world its faces look outwards, where the
+/// way there from the grid mirrors as well.
+fn box_mesh(geometry: &VolumeGeometry, is_mirrored: bool) -> Mesh {
     // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let corners = geometry.corners().map(|corner| corner.as_vec3().to_array());
-    let is_mirrored = geometry.local_from_voxel.matrix3.determinant() < 0.0;
     let triangles = FACES.iter().flat_map(
         |&[a, b, c, d]| {
             if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }

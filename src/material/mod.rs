@@ -31,6 +31,7 @@ impl Plugin for VolumeMaterialPlugin {
                 attach::detach_visuals,
                 attach::require_depth,
             )
+                .after(TransformSystems::Propagate)
                 .after(VolumeSystems::Bake)
                 .after(ClipCapacitySystems)
                 .before(AssetEventSystems),

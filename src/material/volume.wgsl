@@ -79,10 +79,7 @@ fn accumulate(before: Pixel, slice: Slice, direction: vec3<f32>) -> Pixel {
 }
 
 @fragment
-fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
-    // A mirrored volume shows its back faces as front faces.
-    let linear = mat3x3(volume.local_from_world[0].xyz, volume.local_from_world[1].xyz, volume.local_from_world[2].xyz);
-    let is_wrong_side = is_front == (determinant(linear) > 0.0);
+fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     var ray = view_ray(in.position.xy, view.viewport, view.view_from_clip, view.world_from_view);
 #ifdef DEPTH_PREPASS
     let depth = prepass_depth(in.position, 0u);
@@ -93,8 +90,6 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
         ray.end_mm = min(ray.end_mm, dot(opaque_local - ray.near, ray.direction));
     }
 #endif
-    // Not discarded before the end: some drivers (Mesa's software one) would follow the ray all the same.
-    ray.end_mm = select(ray.end_mm, 0.0, is_wrong_side);
     var march = begin_march(ray);
     var pixel = Pixel(vec3(0.0), 0.0);
     while pixel.alpha < OPAQUE {

@@ -9,7 +9,7 @@ use bevy::{
     render::{
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, BindingResources,
-            CompareFunction, OwnedBindingResource, RenderPipelineDescriptor, ShaderStages,
+            CompareFunction, Face, OwnedBindingResource, RenderPipelineDescriptor, ShaderStages,
             SpecializedMeshPipelineError, TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
             binding_types::texture_3d,
         },
@@ -59,9 +59,8 @@ impl Material for VolumeMaterial {
         _: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         // Back faces, whatever is in front of them: the camera may be inside the box, and the
-        // shader itself stops at opaque geometry. Which faces those are depends on whether the
-        // transform mirrors, so the shader sorts them out.
-        descriptor.primitive.cull_mode = None;
+        // shader itself stops at opaque geometry.
+        descriptor.primitive.cull_mode = Some(Face::Front);
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
         }

@@ -6,6 +6,7 @@ use naga::TypeInner;
 use super::{
     brick_buffers::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
+    compute_pass::ListEnd,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     volume_store::VoxelMask,
     volume_uniform::VolumeUniform,
@@ -15,6 +16,7 @@ use crate::clip::{CoverageRule, MAX_CARVERS};
 const BINDINGS: &str = include_str!("volume_bindings.wgsl");
 const BRICKS: &str = include_str!("bricks.wgsl");
 const PASS: &str = include_str!("occlusion_pass.wgsl");
+const WORK_LIST: &str = include_str!("work_list.wgsl");
 const MARK: &str = include_str!("mark.wgsl");
 
 /// Size and offsets of a WGSL struct, which has no other struct in it.
@@ -49,6 +51,8 @@ fn rust_and_wgsl_agree() {
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
+        (WORK_LIST, "FRONT", ListEnd::Front as u32),
+        (WORK_LIST, "BACK", ListEnd::Back as u32),
         (PASS, "QUEUE_NONE", Queue::None as u32),
         (PASS, "QUEUE_SAMPLEABLE", Queue::Sampleable as u32),
         (PASS, "QUEUE_VISIBLE", Queue::Visible as u32),

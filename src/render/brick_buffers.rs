@@ -26,8 +26,8 @@ pub(crate) const MASKS: u32 = 3;
 pub(crate) const PENDING: u32 = 1;
 /// A number for every brick, as compute passes write it on any device.
 pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
-/// Words before the items of a list (`work_list.wgsl`).
-const LIST_HEAD: u32 = 4;
+/// Words before the items of a list: the heads of its two ends (`work_list.wgsl`).
+const LIST_HEADS: u32 = 8;
 
 /// Buffers of one volume.
 pub(crate) struct BrickBuffers {
@@ -45,7 +45,7 @@ pub(crate) struct BrickBuffers {
     pub other_distances: TextureAndView,
     /// Valid, pending, hidden voxels.
     pub voxel_masks: Buffer,
-    /// Bricks to be clipped.
+    /// Bricks to be clipped, and, at the back, bricks in which occlusion may be stale.
     pub brick_list: Buffer,
     /// Words of the mask of pending voxels in which there are some.
     pub word_list: Buffer,
@@ -79,14 +79,14 @@ impl BrickBuffers {
             distances: texture("contextual_ao_distances"),
             other_distances: texture("contextual_ao_other_distances"),
             voxel_masks: buffer("contextual_ao_voxel_masks", MASKS * MASK_WORDS * bricks),
-            brick_list: buffer("contextual_ao_brick_list", LIST_HEAD + bricks),
-            word_list: buffer("contextual_ao_word_list", LIST_HEAD + MASK_WORDS * bricks),
+            brick_list: buffer("contextual_ao_brick_list", LIST_HEADS + bricks),
+            word_list: buffer("contextual_ao_word_list", LIST_HEADS + MASK_WORDS * bricks),
         }
     }
 
     /// Empties a list, before a pass appends to it.
     pub fn empty(list: &Buffer, queue: &RenderQueue) {
-        queue.write_buffer(list, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0]));
+        queue.write_buffer(list, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
     }
 
     /// First byte and size of a mask of voxels.

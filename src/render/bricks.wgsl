@@ -64,6 +64,20 @@ fn mask_bit(voxel: vec3<u32>) -> u32 {
     return 1u << (((voxel.z & 1u) << 4u) | ((voxel.y & 3u) << 2u) | (voxel.x & 3u));
 }
 
+// Voxels of a word along each axis.
+const MASK_BLOCK: vec3<u32> = vec3(4u, 4u, 2u);
+
+// The voxels of a box, its first and last included, that are in a block which the box meets.
+fn mask_of_box(block: vec3<u32>, low: vec3<u32>, high: vec3<u32>) -> u32 {
+    let origin = block * MASK_BLOCK;
+    let first = max(low, origin) - origin;
+    let more = min(high - origin, MASK_BLOCK - 1u) - first;
+    let row = (0xfu >> (3u - more.x)) << first.x;
+    let rows = (0x1111u >> (4u * (3u - more.y))) << (4u * first.y);
+    let layers = (0x10001u >> (16u * (1u - more.z))) << (16u * first.z);
+    return row * rows * layers;
+}
+
 // The voxel of a bit, relative to the brick's first voxel or, of an odd word, to its third layer.
 fn voxel_of_bit(bit: u32) -> vec3<u32> {
     return vec3(bit & 3u, (bit >> 2u) & 3u, bit >> 4u);

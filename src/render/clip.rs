@@ -1,11 +1,12 @@
-//! Step IV: what carvers leave of the voxels in the listed bricks.
+//! Step IV: what carvers leave of the voxels in the listed bricks, and which occlusion is stale.
 
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, StorageTextureAccess,
+            BindGroup, BindGroupLayoutEntries, Buffer, CommandEncoder, PipelineCache, ShaderStages,
+            StorageTextureAccess,
             binding_types::{
                 storage_buffer_read_only, storage_buffer_read_only_sized, texture_storage_3d, uniform_buffer,
             },
@@ -17,18 +18,22 @@ use bevy::{
 use super::{
     brick_buffers::work_layout,
     carver_uniform::CarverUniform,
-    compute_pass::{ComputePass, PassDescriptor},
+    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
     volume_store::VolumeResources,
 };
 
-/// Visits the bricks of a list.
-#[derive(Resource, Deref)]
-pub(crate) struct ClipPass(ComputePass);
+/// Visit the bricks of the two ends of a list.
+#[derive(Resource)]
+pub(crate) struct ClipPasses {
+    clip: ComputePass,
+    /// Where nothing is clipped.
+    expire: ComputePass,
+}
 
-impl FromWorld for ClipPass {
+impl FromWorld for ClipPasses {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
         let own = BindGroupLayoutEntries::sequential(
@@ -42,20 +47,30 @@ impl FromWorld for ClipPass {
                 texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
             ),
         );
-        let descriptor = PassDescriptor {
-            name: "contextual_ao_clip",
-            shader: load_embedded_asset!(world, "clip.wgsl"),
-            before: vec![volume_bindings::bricks_layout()],
-            own: &own,
-            behind: vec![work_layout()],
-            zeroes_memory: true,
-            ..default()
+        let pass = |name, shader| {
+            let descriptor = PassDescriptor {
+                name,
+                shader,
+                before: vec![volume_bindings::bricks_layout()],
+                own: &own,
+                behind: vec![work_layout()],
+                zeroes_memory: true,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
         };
-        Self(ComputePass::new(world, descriptor))
+        Self {
+            clip: pass("contextual_ao_clip", load_embedded_asset!(world, "clip.wgsl")),
+            expire: pass("contextual_ao_expire", load_embedded_asset!(world, "expire.wgsl")),
+        }
     }
 }
 
-impl ClipPass {
+impl ClipPasses {
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        self.clip.is_ready(cache) && self.expire.is_ready(cache)
+    }
+
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
@@ -70,6 +85,17 @@ impl ClipPass {
             volume.bricks.brick_list.as_entire_binding(),
             &volume.opacities.view,
         );
-        Some(self.bind(resources, cache, device))
+        Some(self.clip.bind(resources, cache, device))
+    }
+
+    pub fn encode(
+        &self,
+        encoder: &mut CommandEncoder,
+        groups: [&BindGroup; 3],
+        list: &Buffer,
+        cache: &PipelineCache,
+    ) {
+        self.clip.encode(encoder, groups, Groups::Listed(list, ListEnd::Front), cache);
+        self.expire.encode(encoder, groups, Groups::Listed(list, ListEnd::Back), cache);
     }
 }

@@ -1,4 +1,4 @@
-// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks listed by `cull`: the opacity of
+// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks that `cull` lists to be clipped: the opacity of
 // every voxel after clipping, whether a drawn point can read it at all, and whether its occlusion is
 // stale because a carver that changed affects it, where it was or where it is.
 //
@@ -10,17 +10,16 @@
 #import bevy_contextual_ao::{
     brick_bindings::near_carvers,
     bricks::{HIDDEN, PENDING, VALID, brick_at, mask_at, mask_bit},
-    clip_test::is_affected,
+    changes::is_stale,
     coverage::{clip_voxel, local_position},
     emptiness::{is_brick_transparent, is_range_transparent},
     listed::{NOTHING, listed_item},
-    occlusion_pass::{BRICK_CLIPS, QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, occlusion_pass},
-    volume_bindings::{Carver, classify_intensity, correct_opacity, intensities, volume},
+    occlusion_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, occlusion_pass},
+    volume_bindings::{classify_intensity, correct_opacity, intensities, volume},
     voxel_masks::voxel_masks,
-    work_list::append,
+    work_list::{FRONT, append},
 }
 
-@group(1) @binding(3) var<storage, read> changes: array<Carver>;
 #ifdef STORE_R8
 @group(1) @binding(5) var opacities: texture_storage_3d<r8unorm, write>;
 #else
@@ -39,49 +38,39 @@ fn clip(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let item = listed_item(group, groups);
-    if item == NOTHING {
+    let brick = listed_item(FRONT, group, groups);
+    if brick == NOTHING {
         return;
     }
-    let brick = item & ~BRICK_CLIPS;
-    let clips = (item & BRICK_CLIPS) != 0u;
     let voxel = 4u * brick_at(brick) + local;
     let word = local.z >> 1u;
     let bit = mask_bit(local);
     if any(voxel >= volume.dimensions) {
         atomicOr(&hidden[word], bit);
     } else {
-        let position_mm = local_position(vec3<f32>(voxel));
-        var is_stale = occlusion_pass.is_all_stale != 0u;
-        for (var k = 0u; k < occlusion_pass.changes && !is_stale; k += 1u) {
-            is_stale = is_affected(changes[k], position_mm);
-        }
+        let is_stale = is_stale(local_position(vec3<f32>(voxel)));
         atomicOr(&stale[word], select(0u, bit, is_stale));
-        if clips {
-            let intensity = textureLoad(intensities, voxel, 0).r;
-            let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
-            let near = textureLoad(near_carvers, brick_at(brick), 0).r | volume.tests_all_carvers;
-            let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
-            textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
-            let is_hidden = clipping.is_removed || is_brick_transparent(brick);
-            atomicOr(&hidden[word], select(0u, bit, is_hidden));
-            if is_stale && is_wanted(voxel, clipping.is_removed) {
-                atomicOr(&queued[word], bit);
-            }
+        let intensity = textureLoad(intensities, voxel, 0).r;
+        let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
+        let near = textureLoad(near_carvers, brick_at(brick), 0).r | volume.tests_all_carvers;
+        let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
+        textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
+        let is_hidden = clipping.is_removed || is_brick_transparent(brick);
+        atomicOr(&hidden[word], select(0u, bit, is_hidden));
+        if is_stale && is_wanted(voxel, clipping.is_removed) {
+            atomicOr(&queued[word], bit);
         }
     }
     workgroupBarrier();
     if lane < 2u {
         let word = 2u * brick + lane;
-        if clips {
-            atomicStore(&voxel_masks[mask_at(HIDDEN, word)], atomicLoad(&hidden[lane]));
-        }
+        atomicStore(&voxel_masks[mask_at(HIDDEN, word)], atomicLoad(&hidden[lane]));
         let valid = &voxel_masks[mask_at(VALID, word)];
         let to_cast = atomicLoad(&queued[lane]);
         atomicStore(valid, (atomicLoad(valid) & ~atomicLoad(&stale[lane])) | to_cast);
         if to_cast != 0u {
             atomicStore(&voxel_masks[mask_at(PENDING, word)], to_cast);
-            append(word);
+            append(FRONT, word);
         }
     }
 }

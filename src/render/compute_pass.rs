@@ -119,7 +119,7 @@ impl ComputePass {
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
             }
-            Groups::Listed(list) => pass.dispatch_workgroups_indirect(list, 0),
+            Groups::Listed(list, end) => pass.dispatch_workgroups_indirect(list, 16 * end as u64),
         }
     }
 }
@@ -133,8 +133,15 @@ pub(crate) enum Groups<'a> {
     Pixels(UVec2),
     /// One invocation for each of so many bricks.
     Bricks(u32),
-    /// As the head of a list says (`work_list.wgsl`).
-    Listed(&'a Buffer),
+    /// As the head of a list's end says (`work_list.wgsl`).
+    Listed(&'a Buffer, ListEnd),
+}
+
+/// One end of a list, as `FRONT` and `BACK` in WGSL.
+#[derive(Clone, Copy)]
+pub(crate) enum ListEnd {
+    Front,
+    Back,
 }
 
 #[cfg(test)]

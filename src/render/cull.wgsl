@@ -1,18 +1,18 @@
-// Lists the bricks in which clipping may have changed something, and finds the carvers near each:
-// the first level of the work lists. A brick that is transparent whatever the carvers do is listed
-// only when everything is.
+// Lists the bricks in which something may have changed, and finds the carvers near each: the first level
+// of the work lists. In front those that may be clipped otherwise than before, at the back those in which
+// only occlusion may be stale. A brick that is transparent whatever the carvers do is listed only when
+// everything is.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, visited_brick},
+    changes::changes,
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
-    occlusion_pass::{BRICK_CLIPS, QUEUE_NONE, occlusion_pass},
-    volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, carvers, volume},
-    work_list::append,
+    occlusion_pass::{QUEUE_NONE, occlusion_pass},
+    volume_bindings::{MAX_CARVERS, OPERATION_NONE, carvers, volume},
+    work_list::{BACK, FRONT, append},
 }
 
-// Carvers that moved, came, or went: as they were and as they are.
-@group(1) @binding(3) var<storage, read> changes: array<Carver>;
 @group(1) @binding(4) var near_carvers: texture_storage_3d<r32uint, write>;
 
 @compute @workgroup_size(WIDTH)
@@ -53,6 +53,6 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     is_listed |= is_affected && !all(is_hidden);
     if is_listed {
-        append(index | select(0u, BRICK_CLIPS, clips));
+        append(select(BACK, FRONT, clips), index);
     }
 }

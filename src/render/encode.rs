@@ -72,7 +72,7 @@ pub(crate) fn encode_passes(
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, step)| {
         let groups = [&job.bricks_group, &step.clip, &job.words];
-        clip.encode(encoder, groups, Groups::Listed(&step.brick_list), &cache);
+        clip.encode(encoder, groups, &step.brick_list, &cache);
     });
     frame.pass(SPAN_DISTANCES, changed, |encoder, (job, step)| {
         distances.encode(encoder, &job.volume_group, &step.distances, job.bricks, &cache);

@@ -1,12 +1,18 @@
-// A list that a pass before has filled (`work_list.wgsl`), for the pass that is dispatched over it.
+// A list that a pass before has filled (`work_list`), for those that are dispatched over it.
 
 #define_import_path bevy_contextual_ao::listed
 
-struct List {
+#import bevy_contextual_ao::work_list::BACK
+
+struct ListedHead {
     groups_x: u32,
     groups_y: u32,
     groups_z: u32,
     count: u32,
+}
+
+struct List {
+    heads: array<ListedHead, 2>,
     items: array<u32>,
 }
 
@@ -16,10 +22,10 @@ struct List {
 const NOTHING: u32 = 0xffffffffu;
 
 // The item of a workgroup.
-fn listed_item(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+fn listed_item(end: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
     let index = group.y * groups.x + group.x;
-    if index >= list.count {
+    if index >= list.heads[end].count {
         return NOTHING;
     }
-    return list.items[index];
+    return list.items[select(index, arrayLength(&list.items) - 1u - index, end == BACK)];
 }

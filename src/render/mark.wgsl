@@ -3,11 +3,11 @@
 // yet, so somewhat more is asked for than is read; never less.
 
 #import bevy_contextual_ao::{
-    bricks::{PENDING, VALID, mask_at, mask_bit, mask_word},
+    bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
     view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, volume},
     voxel_masks::voxel_masks,
-    work_list::append,
+    work_list::{FRONT, append},
 }
 
 struct Window {
@@ -53,22 +53,27 @@ fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// Puts those voxels of a box that are not up to date on the list.
+// Puts those voxels of a box that are not up to date on the list, word by word of their mask.
 fn ask_for(first: vec3<i32>, last: vec3<i32>) {
     let limit = vec3<i32>(volume.dimensions) - 1;
-    let low = clamp(first, vec3(0), limit);
-    let high = clamp(last, vec3(0), limit);
-    for (var z = low.z; z <= high.z; z += 1) {
-        for (var y = low.y; y <= high.y; y += 1) {
-            for (var x = low.x; x <= high.x; x += 1) {
-                let voxel = vec3<u32>(vec3(x, y, z));
-                let word = mask_word(voxel);
-                let bit = mask_bit(voxel);
+    let low = vec3<u32>(clamp(first, vec3(0), limit));
+    let high = vec3<u32>(clamp(last, vec3(0), limit));
+    let first_block = low / MASK_BLOCK;
+    let last_block = high / MASK_BLOCK;
+    for (var z = first_block.z; z <= last_block.z; z += 1u) {
+        for (var y = first_block.y; y <= last_block.y; y += 1u) {
+            for (var x = first_block.x; x <= last_block.x; x += 1u) {
+                let block = vec3(x, y, z);
+                let word = mask_word(block * MASK_BLOCK);
+                let voxels = mask_of_box(block, low, high);
                 let valid = &voxel_masks[mask_at(VALID, word)];
                 // Reading is cheap, and almost all have been asked for.
-                if (atomicLoad(valid) & bit) == 0u && (atomicOr(valid, bit) & bit) == 0u
-                    && atomicOr(&voxel_masks[mask_at(PENDING, word)], bit) == 0u {
-                    append(word);
+                let stale = voxels & ~atomicLoad(valid);
+                if stale != 0u {
+                    let first_asked = stale & ~atomicOr(valid, stale);
+                    if first_asked != 0u && atomicOr(&voxel_masks[mask_at(PENDING, word)], first_asked) == 0u {
+                        append(FRONT, word);
+                    }
                 }
             }
         }

@@ -76,6 +76,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "voxel_masks.wgsl");
         load_shader_library!(app, "work_list.wgsl");
         load_shader_library!(app, "listed.wgsl");
+        load_shader_library!(app, "changes.wgsl");
         load_shader_library!(app, "emptiness.wgsl");
         load_shader_library!(app, "clip_test.wgsl");
         load_shader_library!(app, "occlusion_pass.wgsl");
@@ -88,6 +89,7 @@ impl Plugin for OcclusionRenderPlugin {
         embedded_asset!(app, "ranges.wgsl");
         embedded_asset!(app, "cull.wgsl");
         embedded_asset!(app, "clip.wgsl");
+        embedded_asset!(app, "expire.wgsl");
         embedded_asset!(app, "distances.wgsl");
         embedded_asset!(app, "mark.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
@@ -116,7 +118,7 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<dilate::DilatePasses>,
                     init_gpu_resource::<ranges::RangesPass>,
                     init_gpu_resource::<cull::CullPass>,
-                    init_gpu_resource::<clip::ClipPass>,
+                    init_gpu_resource::<clip::ClipPasses>,
                     init_gpu_resource::<distances::DistancePasses>,
                     init_gpu_resource::<mark::MarkPass>,
                     init_gpu_resource::<ray_cast::RayCastPasses>,

@@ -32,7 +32,4 @@ const COVERAGE_LINES: u32 = 0u;
 const COVERAGE_POINTS: u32 = 1u;
 const COVERAGE_CENTER: u32 = 2u;
 
-// An item of the list of bricks: its number, and in this bit whether its opacities may be new.
-const BRICK_CLIPS: u32 = 0x80000000u;
-
 @group(1) @binding(2) var<uniform> occlusion_pass: OcclusionPass;

@@ -3,7 +3,7 @@
 use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::PipelineCache};
 
 use super::{
-    clip::ClipPass, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses,
+    clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses,
     distances::DistancePasses, mark::MarkPass, peel::PeelPasses, ranges::RangesPass, ray_cast::RayCastPasses,
 };
 
@@ -15,7 +15,7 @@ pub(crate) struct Passes<'w> {
     pub dilate: Res<'w, DilatePasses>,
     pub ranges: Res<'w, RangesPass>,
     pub cull: Res<'w, CullPass>,
-    pub clip: Res<'w, ClipPass>,
+    pub clip: Res<'w, ClipPasses>,
     pub distances: Res<'w, DistancePasses>,
     pub mark: Res<'w, MarkPass>,
     pub ray_cast: Res<'w, RayCastPasses>,

@@ -18,7 +18,7 @@ use bevy::{
 
 use super::{
     brick_buffers::PENDING,
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
@@ -133,7 +133,7 @@ impl RayCastPasses {
         cache: &PipelineCache,
     ) {
         let pass = if job.counts { &self.counting } else { &self.cast };
-        pass.encode(encoder, [volume, &job.group], Groups::Listed(&job.word_list), cache);
+        pass.encode(encoder, [volume, &job.group], Groups::Listed(&job.word_list, ListEnd::Front), cache);
         let (first, size) = job.pending;
         encoder.clear_buffer(&job.voxel_masks, first, Some(size));
     }

@@ -13,6 +13,7 @@
     listed::{NOTHING, listed_item},
     occlusion_pass::occlusion_pass,
     volume_bindings::volume,
+    work_list::FRONT,
 }
 
 // Opacities after clipping, V_o.
@@ -128,7 +129,7 @@ fn ray_cast(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let word = listed_item(group, groups);
+    let word = listed_item(FRONT, group, groups);
     if word == NOTHING {
         return;
     }

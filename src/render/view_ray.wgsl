@@ -25,6 +25,8 @@ const CUT_HALVINGS: i32 = 6;
 const EMPTY: u32 = 0u;
 const VISIBLE: u32 = 1u;
 const CLIPPED: u32 = 2u;
+// Visible behind one that is clipped; the cut between them is sampled first.
+const CUT: u32 = 3u;
 
 struct ViewRay {
     // Where the ray starts on the near plane, volume space (mm), and its unit direction.
@@ -97,15 +99,13 @@ struct March {
     count: u32,
     before: u32,
     last: Slice,
+    // Distance of the cut from `near`.
+    cut_mm: f32,
 }
 
 fn begin_march(ray: ViewRay) -> March {
     let count = ceil((ray.end_mm - ray.begin_mm) / volume.draw_step_mm - ray.offset);
-    return March(0u, u32(clamp(count, 0.0, 1e6)), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0));
-}
-
-fn classify(p: vec3<f32>) -> vec4<f32> {
-    return classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r);
+    return March(0u, u32(clamp(count, 0.0, 1e6)), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0), 0.0);
 }
 
 // Whether no carver clips the point of a ray at a distance from `near`.
@@ -114,33 +114,17 @@ fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
     return is_visible(ray.near + along_mm * ray.direction, carvers_near(point));
 }
 
-// Where a ray is cut between a visible and a clipped point, given by their distances from `near`:
-// the last visible point found by halving, if it is asked for.
-fn cut_between(ray: ViewRay, visible_at: f32, clipped_at: f32, is_asked: bool) -> f32 {
-    var visible_mm = visible_at;
-    var clipped_mm = clipped_at;
-    for (var k = 0; k < CUT_HALVINGS && is_asked; k += 1) {
-        let middle_mm = 0.5 * (visible_mm + clipped_mm);
-        if is_visible_at(ray, middle_mm) {
-            visible_mm = middle_mm;
-        } else {
-            clipped_mm = middle_mm;
-        }
-    }
-    return visible_mm;
-}
-
 fn along_ray(ray: ViewRay, i: u32) -> f32 {
     return ray.begin_mm + (f32(i) + ray.offset) * volume.draw_step_mm;
 }
 
 // Follows a ray through what is transparent: to the next sample that may not be, or that ends what was
-// visible. Returns its intensity. Nothing else is done in this loop, so that rays side by side, which a
+// visible, or to the cut. Returns its intensity. Nothing else is done in this loop, so that rays side by side, which a
 // device runs in step, wait for each other as little as can be.
 fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
     let step = volume.draw_step_mm * ray.velocity * dimensions;
-    let follows = (*march).before == VISIBLE;
+    let follows = (*march).before == VISIBLE || (*march).before == CUT;
     var i = (*march).i;
     var before = (*march).before;
     var intensity = 0.0;
@@ -151,7 +135,8 @@ fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
             // To the last sample in what is empty: the next needs to know what was before it.
             i += min((*march).count - i, samples_within(point, step, distance)) - 1u;
         }
-        let p = ray.origin + along_ray(ray, i) * ray.velocity;
+        let place_mm = select(along_ray(ray, i), (*march).cut_mm, before == CUT);
+        let p = ray.origin + place_mm * ray.velocity;
         intensity = textureSampleLevel(intensities, edge_sampler, p, 0.0).r;
         if follows || may_be_visible(intensity) {
             break;
@@ -175,29 +160,50 @@ fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
         }
         let along = along_ray(ray, (*march).i);
         let sample = classify_intensity(intensity);
-        var now = EMPTY;
-        if sample.a > 0.0 {
-            now = select(CLIPPED, VISIBLE, is_visible_at(ray, along));
-        }
         let before = (*march).before;
-        let leaves = before == VISIBLE && now == CLIPPED;
-        let enters = before == CLIPPED && now == VISIBLE;
-        let visible_mm = select(along, along - step_mm, leaves);
-        let clipped_mm = select(along - step_mm, along, leaves);
-        let cut_mm = cut_between(ray, visible_mm, clipped_mm, leaves || enters);
+        if before == CUT {
+            slice = Slice(sample, ray.origin + (*march).cut_mm * ray.velocity, (along - (*march).cut_mm) / step_mm);
+            (*march).before = VISIBLE;
+            (*march).i += 1u;
+            continue;
+        }
+        // Whether the sample is clipped; and where the ray crosses a carver's surface, the cut: the last
+        // visible point, found by halving.
+        var now = EMPTY;
+        var enters = false;
+        var leaves = false;
+        var visible_mm = along;
+        var clipped_mm = along;
+        var point_mm = along;
+        for (var k = 0; k <= CUT_HALVINGS; k += 1) {
+            let is_shown = is_visible_at(ray, point_mm);
+            if k == 0 {
+                now = select(EMPTY, select(CLIPPED, VISIBLE, is_shown), sample.a > 0.0);
+                enters = before == CLIPPED && now == VISIBLE;
+                leaves = before == VISIBLE && now == CLIPPED;
+                visible_mm -= select(0.0, step_mm, leaves);
+                clipped_mm -= select(0.0, step_mm, enters);
+            } else if is_shown {
+                visible_mm = point_mm;
+            } else {
+                clipped_mm = point_mm;
+            }
+            if !enters && !leaves {
+                break;
+            }
+            point_mm = 0.5 * (visible_mm + clipped_mm);
+        }
         if before == VISIBLE {
             // The sample before stands for the step from there to here, as far as it is not cut.
             slice = (*march).last;
-            slice.steps += select(0.0, (cut_mm - along) / step_mm, leaves);
-        } else if enters {
-            // What is left of the step is sampled at the cut: surfaces stay where they are when a
-            // carver moves by less than a step, and are as smooth as the carver.
-            let cut = ray.origin + cut_mm * ray.velocity;
-            slice = Slice(classify(cut), cut, (along - cut_mm) / step_mm);
+            slice.steps += select(0.0, (visible_mm - along) / step_mm, leaves);
         }
-        (*march).before = now;
         (*march).last = Slice(sample, ray.origin + along * ray.velocity, 1.0);
-        (*march).i += 1u;
+        // What is left of the step is sampled at the cut: surfaces stay where they are when a carver
+        // moves by less than a step, and are as smooth as the carver.
+        (*march).cut_mm = visible_mm;
+        (*march).before = select(now, CUT, enters);
+        (*march).i += select(1u, 0u, enters);
     }
     if slice.steps <= 0.0 && (*march).before == VISIBLE {
         slice = (*march).last;

@@ -13,7 +13,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 11] = sources![
+const LIBRARIES: [(&str, &str); 12] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -22,12 +22,13 @@ const LIBRARIES: [(&str, &str); 11] = sources![
     "listed.wgsl",
     "clip_test.wgsl",
     "occlusion_pass.wgsl",
+    "changes.wgsl",
     "coverage.wgsl",
     "emptiness.wgsl",
     "view_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 10] = sources![
+const ENTRIES: [(&str, &str); 11] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -35,6 +36,7 @@ const ENTRIES: [(&str, &str); 10] = sources![
     "ranges.wgsl",
     "cull.wgsl",
     "clip.wgsl",
+    "expire.wgsl",
     "distances.wgsl",
     "mark.wgsl",
     "ray_cast.wgsl",

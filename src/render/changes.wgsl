@@ -1,0 +1,20 @@
+// The carvers that moved, came, or went since the last frame: as they were and as they are.
+
+#define_import_path bevy_contextual_ao::changes
+
+#import bevy_contextual_ao::{
+    clip_test::is_affected,
+    occlusion_pass::occlusion_pass,
+    volume_bindings::Carver,
+}
+
+@group(1) @binding(3) var<storage, read> changes: array<Carver>;
+
+// Whether the occlusion of a voxel at a point (volume space, mm) may not be what it was.
+fn is_stale(position_mm: vec3<f32>) -> bool {
+    var is_stale = occlusion_pass.is_all_stale != 0u;
+    for (var k = 0u; k < occlusion_pass.changes && !is_stale; k += 1u) {
+        is_stale = is_affected(changes[k], position_mm);
+    }
+    return is_stale;
+}

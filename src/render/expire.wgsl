@@ -1,0 +1,36 @@
+// Step IV of the CAO paper (section 3.5) in the listed bricks in which carvers that changed cut nothing:
+// the occlusion of voxels within reach of where one was or is becomes stale.
+
+#import bevy_contextual_ao::{
+    bricks::{VALID, brick_at, mask_at, mask_bit},
+    changes::is_stale,
+    coverage::local_position,
+    listed::{NOTHING, listed_item},
+    volume_bindings::volume,
+    voxel_masks::voxel_masks,
+    work_list::BACK,
+}
+
+// Of the brick's voxels, as a mask.
+var<workgroup> stale: array<atomic<u32>, 2>;
+
+@compute @workgroup_size(4, 4, 4)
+fn expire(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let brick = listed_item(BACK, group, groups);
+    if brick == NOTHING {
+        return;
+    }
+    // Beyond the grid's edge it is harmless.
+    let voxel = 4u * brick_at(brick) + local;
+    atomicOr(&stale[local.z >> 1u], select(0u, mask_bit(local), is_stale(local_position(vec3<f32>(voxel)))));
+    workgroupBarrier();
+    if lane < 2u {
+        let valid = &voxel_masks[mask_at(VALID, 2u * brick + lane)];
+        atomicStore(valid, atomicLoad(valid) & ~atomicLoad(&stale[lane]));
+    }
+}
