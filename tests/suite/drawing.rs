@@ -72,8 +72,14 @@ fn the_camera_may_be_inside() {
     let inside = scene.headless.image();
     assert!(inside != outside, "the view changed nothing");
     // The wall of the hollow is all around.
-    let lit = pixels(&inside, |pixel| pixel[0] > 60);
-    assert!(lit as f64 > 0.99 * (IMAGE.x * IMAGE.y) as f64, "{lit} pixels see the wall");
+    let lit = |image: &[u8]| pixels(image, |pixel| pixel[0] > 60) as f64 / (IMAGE.x * IMAGE.y) as f64;
+    assert!(lit(&inside) > 0.99, "{} of the pixels see the wall", lit(&inside));
+    // A mirrored box shows its faces the other way round.
+    let volume = scene.volume;
+    scene.world().get_mut::<Transform>(volume).expect("a transform").scale.x *= -1.0;
+    scene.headless.frame();
+    let mirrored = lit(&scene.headless.image());
+    assert!(mirrored > 0.99, "{mirrored} of the pixels see the wall of the mirrored volume");
 }
 
 #[test]
