@@ -17,6 +17,9 @@ pub struct Shortcuts {
     pub lists: bool,
     /// Only voxels that a view reads are cast. Off: all that can be read from anywhere.
     pub demand: bool,
+    /// Where nothing but carvers changed, a view is asked what it reads only in the pixels in which that may
+    /// show. Off: in all pixels of the volume.
+    pub outlines: bool,
     /// Without demand: only voxels next to something that is not transparent are cast. Off: all that
     /// are not clipped away.
     pub sampleable: bool,
@@ -39,6 +42,7 @@ impl Shortcuts {
             rest: is_on,
             lists: is_on,
             demand: is_on,
+            outlines: is_on,
             sampleable: is_on,
             early_end: is_on,
             leaps: is_on,

@@ -1,7 +1,7 @@
 //! The data that every shader reads of a volume's carvers (`volume_bindings.wgsl`).
 
 use bevy::{
-    math::{DMat3, DVec3, Vec3Swizzles},
+    math::{Affine3A, DMat3, DVec3, Vec3Swizzles, Vec4Swizzles},
     prelude::*,
     render::render_resource::ShaderType,
 };
@@ -76,6 +76,23 @@ impl CarverUniform {
             operation: operation_code(carver.clip_mesh.operation),
             padding: 0,
         }
+    }
+
+    /// Corners, in volume space (mm), of a box that holds all points within a radius of what the carver
+    /// removes; `None` of one that removes what is outside, or has no inside.
+    pub fn outline(&self, radius_mm: f32) -> Option<[Vec3; 8]> {
+        let [x, y, z] = self.clip_from_local;
+        let linear = Mat3::from_cols(x.xyz(), y.xyz(), z.xyz()).transpose();
+        let clip_from_local = Affine3A::from_mat3_translation(linear, Vec3::new(x.w, y.w, z.w));
+        let margin = radius_mm * Vec3::new(x.xyz().length(), y.xyz().length(), z.xyz().length());
+        let local_from_clip = clip_from_local.inverse();
+        let corners = [0u32, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+            let far = BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0);
+            local_from_clip.transform_point3(Vec3::select(far, 1.0 + margin, -margin))
+        });
+        let is_bounded =
+            self.operation != OPERATION_INTERSECT && corners.iter().all(|corner| corner.is_finite());
+        is_bounded.then_some(corners)
     }
 
     /// What stands for a carver that was, and whose maps are gone; `None` for one that acted everywhere.

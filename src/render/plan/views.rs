@@ -27,9 +27,30 @@ pub(crate) struct Views<'w, 's> {
     cameras: Query<'w, 's, View, With<ExtractedCamera>>,
 }
 
+/// A view of one volume.
+pub(super) struct Window {
+    pub uniform: WindowUniform,
+    /// From volume space (mm).
+    clip_from_local: Mat4,
+}
+
+impl Window {
+    /// The part of it in which some boxes may be seen, each given by its corners in volume space (mm);
+    /// `None` if there is none.
+    pub fn around(&self, boxes: &[[Vec3; 8]]) -> Option<WindowUniform> {
+        let WindowUniform { viewport, first, end, .. } = self.uniform;
+        let parts = boxes.iter().map(|corners| pixels_of_box(self.clip_from_local, *corners, viewport));
+        let (lower, upper) = parts
+            .filter(|(first, end)| first.cmplt(*end).all())
+            .reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))?;
+        let (first, end) = (first.max(lower), end.min(upper));
+        first.cmplt(end).all().then_some(WindowUniform { first, end, ..self.uniform })
+    }
+}
+
 impl Views<'_, '_> {
     /// The windows onto a volume, of those views that show it.
-    pub fn windows(&self, volume: &ExtractedVolume) -> Vec<WindowUniform> {
+    pub(super) fn windows(&self, volume: &ExtractedVolume) -> Vec<Window> {
         self.cameras
             .iter()
             .filter(|view| shows(view.visible, volume.entity))
@@ -43,11 +64,7 @@ fn shows(visible: &RenderVisibleEntities, volume: MainEntity) -> bool {
 }
 
 /// The pixels of a view in which a volume's box may be.
-fn window(
-    view: &ExtractedView,
-    jitter: Option<&TemporalJitter>,
-    volume: &ExtractedVolume,
-) -> Option<WindowUniform> {
+fn window(view: &ExtractedView, jitter: Option<&TemporalJitter>, volume: &ExtractedVolume) -> Option<Window> {
     let viewport = view.viewport.as_vec4();
     let mut clip_from_view = view.clip_from_view;
     if let Some(jitter) = jitter {
@@ -57,13 +74,9 @@ fn window(
     let clip_from_local = clip_from_view * world_from_view.inverse() * Mat4::from(volume.world_from_local);
     let (first, end) =
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
-    (first.cmplt(end).all()).then(|| WindowUniform {
-        view_from_clip: clip_from_view.inverse(),
-        world_from_view,
-        viewport,
-        first,
-        end,
-    })
+    let uniform =
+        WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
+    first.cmplt(end).all().then_some(Window { uniform, clip_from_local })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -112,6 +125,13 @@ mod tests {
         assert!(first.x > 100 && end.x < 120 && first.y > 110 && end.y < 130, "{first} {end}");
         let around = pixels_of_box(projection, UNIT, viewport);
         assert_eq!(around, (UVec2::new(10, 20), UVec2::new(210, 220)));
+        let window =
+            Window { uniform: WindowUniform { viewport, first, end, ..default() }, clip_from_local: far };
+        let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
+        let right = window.around(&[half(1.0)]).expect("half of the box is seen");
+        assert!(right.first.x > first.x && right.end == end, "{right:?} of {first} {end}");
+        assert_eq!(window.around(&[half(1.0), UNIT]).map(|both| (both.first, both.end)), Some((first, end)));
+        assert_eq!(window.around(&[UNIT.map(|corner| corner + 20.0 * Vec3::X)]), None);
         let aside = projection * Mat4::from_translation(Vec3::new(500.0, 0.0, -50.0));
         let (first, end) = pixels_of_box(aside, UNIT, viewport);
         assert!(first.x >= end.x, "out of view: {first} {end}");

@@ -1,6 +1,6 @@
 //! What one volume needs this frame, given what is on the device for it.
 
-use super::changes::Changes;
+use super::{changes::Changes, views::Window};
 use crate::{
     occlusion::Shortcuts,
     render::{
@@ -38,7 +38,7 @@ impl VolumeResources {
         &mut self,
         volume: &ExtractedVolume,
         contents: Contents,
-        windows: Vec<WindowUniform>,
+        windows: Vec<Window>,
         looks_different: bool,
         shortcuts: &Shortcuts,
     ) -> Work {
@@ -72,9 +72,19 @@ impl VolumeResources {
             _ => (None, 0),
         };
         let follows_views = mode.uses_occlusion() && queue == Queue::None;
-        let all_views = changes.is_some() || looks_different || !shortcuts.rest;
-        let new = windows.iter().filter(|window| all_views || !state.marked.contains(window));
-        let unmarked: Vec<_> = new.filter(|_| follows_views).cloned().collect();
+        // What a view reads that it has read before can differ only where one of the changes shows.
+        let outlines = changes.as_ref().filter(|_| shortcuts.outlines && !is_all_stale).and_then(|changes| {
+            // A point reads voxels that are up to a cell's diagonal away; another for rounding.
+            let geometry = &volume.geometry;
+            let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
+            changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect::<Option<Vec<_>>>()
+        });
+        let unread = |window: &Window| match &outlines {
+            _ if looks_different || !state.marked.contains(&window.uniform) => Some(window.uniform),
+            Some(outlines) => window.around(outlines),
+            None => (changes.is_some() || !shortcuts.rest).then_some(window.uniform),
+        };
+        let unmarked: Vec<_> = windows.iter().filter(|_| follows_views).filter_map(unread).collect();
         let pass = OcclusionPassUniform {
             lists_all: (is_all_stale || !shortcuts.lists).into(),
             is_all_stale: is_all_stale.into(),
@@ -97,7 +107,8 @@ impl VolumeResources {
         state.has_ranges = true;
         state.contents = Some(contents);
         state.queue = queue;
-        state.marked = if follows_views { windows } else { Vec::new() };
+        let marked = windows.into_iter().filter(|_| follows_views).map(|window| window.uniform);
+        state.marked = marked.collect();
         work
     }
 }
