@@ -21,7 +21,7 @@ pub const SPAN_DILATE: &str = "contextual_ao/dilate";
 pub const SPAN_RANGES: &str = "contextual_ao/ranges";
 /// Finding the bricks that carvers that changed can affect (step IV).
 pub const SPAN_CULL: &str = "contextual_ao/cull";
-/// Clipping their voxels (step IV).
+/// Clipping their voxels, and finding those whose occlusion is stale (step IV).
 pub const SPAN_CLIP: &str = "contextual_ao/clip";
 /// Finding out how far rays may leap.
 pub const SPAN_DISTANCES: &str = "contextual_ao/distances";

@@ -34,21 +34,20 @@ pub(super) fn attach_visuals(
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
     for (entity, table, transform, current) in &volumes {
-        let linear =
-            table.geometry.local_from_voxel.matrix3.as_mat3() * Mat3::from(transform.affine().matrix3);
         let visuals = Visuals {
             volume_revision: table.volume_revision,
             clip_capacity: *clip_capacity,
             depth_map_size: clip_settings.depth_map_size,
-            is_mirrored: linear.determinant() < 0.0,
+            is_mirrored: transform.affine().matrix3.determinant() < 0.0,
         };
         if current == Some(&visuals) {
             continue;
         }
+        let material = VolumeMaterial { volume: entity, is_mirrored: visuals.is_mirrored };
         commands.entity(entity).try_insert((
-            Mesh3d(meshes.add(box_mesh(&table.geometry, visuals.is_mirrored))),
             visuals,
-            MeshMaterial3d(materials.add(VolumeMaterial { volume: entity })),
+            Mesh3d(meshes.add(box_mesh(&table.geometry))),
+            MeshMaterial3d(materials.add(material)),
             NotShadowCaster,
             NotShadowReceiver,
         ));
@@ -85,13 +84,13 @@ pub(super) fn require_depth(
     }
 }
 
-/// The box that the voxels fill, in volume space (mm). In the world its faces look outwards, where the
-/// way there from the grid mirrors as well.
-fn box_mesh(geometry: &VolumeGeometry, is_mirrored: bool) -> Mesh {
+/// The box that the voxels fill, in volume space (mm), faces outwards.
+fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
     // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let corners = geometry.corners().map(|corner| corner.as_vec3().to_array());
+    let is_mirrored = geometry.local_from_voxel.matrix3.determinant() < 0.0;
     let triangles = FACES.iter().flat_map(
         |&[a, b, c, d]| {
             if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }

@@ -4,7 +4,7 @@ use bevy::{
     asset::embedded_path,
     ecs::system::{SystemParam, SystemParamItem},
     mesh::MeshVertexBufferLayoutRef,
-    pbr::{MaterialPipeline, MaterialPipelineKey},
+    pbr::{MaterialPipeline, MaterialPipelineKey, MeshPipelineKey},
     prelude::*,
     render::{
         render_resource::{
@@ -29,6 +29,8 @@ use crate::render::{ClipMaps, Formats, VolumeStore, volume_bindings};
 pub struct VolumeMaterial {
     /// The entity with the [`Volume3d`](crate::volume::Volume3d).
     pub(super) volume: Entity,
+    /// Whether the way from the box to the world mirrors.
+    pub(super) is_mirrored: bool,
 }
 
 /// Where Bevy binds materials: group 3.
@@ -56,11 +58,12 @@ impl Material for VolumeMaterial {
         _: &MaterialPipeline,
         descriptor: &mut RenderPipelineDescriptor,
         _: &MeshVertexBufferLayoutRef,
-        _: MaterialPipelineKey<Self>,
+        key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         // Back faces, whatever is in front of them: the camera may be inside the box, and the
         // shader itself stops at opaque geometry.
-        descriptor.primitive.cull_mode = Some(Face::Front);
+        let is_inside_out = key.bind_group_data != key.mesh_key.contains(MeshPipelineKey::INVERT_CULLING);
+        descriptor.primitive.cull_mode = Some(if is_inside_out { Face::Back } else { Face::Front });
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
         }
@@ -81,14 +84,17 @@ pub struct PassResources<'w> {
 }
 
 impl AsBindGroup for VolumeMaterial {
-    type Data = ();
+    /// [`VolumeMaterial::is_mirrored`].
+    type Data = bool;
     type Param = PassResources<'static>;
 
     fn label() -> &'static str {
         "volume_material"
     }
 
-    fn bind_group_data(&self) -> Self::Data {}
+    fn bind_group_data(&self) -> Self::Data {
+        self.is_mirrored
+    }
 
     fn unprepared_bind_group(
         &self,
@@ -101,6 +107,7 @@ impl AsBindGroup for VolumeMaterial {
             let volume = passes.volumes.0.get(&MainEntity::from(self.volume))?;
             let clip = passes.clip_maps.textures.as_ref()?;
             let mut bindings = volume_bindings::brick_bindings(volume, clip, &passes.formats)?;
+            bindings.retain(|(binding, _)| *binding != volume_bindings::DILATION_MAPS);
             for (binding, texture) in [(9, &volume.opacities), (10, &volume.occlusion)] {
                 let view = texture.view.clone();
                 bindings.push((binding, OwnedBindingResource::TextureView(TextureViewDimension::D3, view)));
@@ -116,6 +123,8 @@ impl AsBindGroup for VolumeMaterial {
         let stages = ShaderStages::FRAGMENT;
         let volume = texture_3d(TextureSampleType::Float { filterable: true });
         let mut entries = volume_bindings::brick_layout_entries(stages);
+        // Drawing does not read them, and fragment shaders get 16 textures, with those of Bevy.
+        entries.retain(|entry| entry.binding != volume_bindings::DILATION_MAPS);
         entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
         entries
     }

@@ -6,7 +6,7 @@ use naga::TypeInner;
 use super::{
     brick_buffers::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
-    compute_pass::ListEnd,
+    compute_pass::{ListEnd, WIDTH},
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     volume_store::VoxelMask,
     volume_uniform::VolumeUniform,
@@ -37,7 +37,7 @@ fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>
 
 #[test]
 fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 20>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<VolumeUniform, 21>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 10>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));
@@ -47,6 +47,7 @@ fn rust_and_wgsl_agree() {
         (BINDINGS, "OPERATION_SUBTRACT", OPERATION_SUBTRACT),
         (BINDINGS, "OPERATION_INTERSECT", OPERATION_INTERSECT),
         (BINDINGS, "OPERATION_REGION", OPERATION_REGION),
+        (BRICKS, "WIDTH", WIDTH),
         (BRICKS, "VALID", VoxelMask::Valid as u32),
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),

@@ -13,8 +13,12 @@
 // Chebyshev distance, in bricks, to the nearest in which something visible may be; 0 in those.
 @group(#{VOLUME_BIND_GROUP}) @binding(8) var distances: texture_3d<u32>;
 
+fn carvers_near_brick(brick: vec3<u32>) -> u32 {
+    return textureLoad(near_carvers, brick, 0).r | volume.tests_all_carvers;
+}
+
 fn carvers_near(p: vec3<f32>) -> u32 {
-    return textureLoad(near_carvers, brick_of_point(p), 0).r | volume.tests_all_carvers;
+    return carvers_near_brick(brick_of_point(p));
 }
 
 fn distance_at(p: vec3<f32>) -> u32 {

@@ -29,7 +29,7 @@ pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Words before the items of a list: the heads of its two ends (`work_list.wgsl`).
 const LIST_HEADS: u32 = 8;
 
-/// Buffers of one volume.
+/// Buffers and textures of one volume.
 pub(crate) struct BrickBuffers {
     /// Number of bricks.
     pub bricks: u32,
@@ -114,7 +114,7 @@ pub(crate) fn work_layout() -> BindGroupLayoutDescriptor {
     )
 }
 
-/// Group 2 of a pass that appends to `list`.
+/// Group 2 of a pass that appends to `list`, or writes the masks alone.
 pub(crate) fn work_group(
     bricks: &BrickBuffers,
     list: &Buffer,

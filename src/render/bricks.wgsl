@@ -99,7 +99,7 @@ fn steps_to_leave(p: vec3<f32>, step: vec3<f32>, lower: vec3<f32>, upper: vec3<f
 // `distance` (above 0; bricks, Chebyshev) to that of the point. Point and step in voxels. Where these
 // are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
 fn samples_within(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
-    let brick = floor(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5) / 4.0);
+    let brick = vec3<f32>(brick_of_point(p));
     let lower = 4.0 * (brick - f32(distance - 1u));
     let upper = 4.0 * (brick + f32(distance));
     return u32(clamp(ceil(steps_to_leave(p, step, lower, upper)), 1.0, 1e6));

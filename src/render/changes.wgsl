@@ -12,9 +12,9 @@
 
 // Whether the occlusion of a voxel at a point (volume space, mm) may not be what it was.
 fn is_stale(position_mm: vec3<f32>) -> bool {
-    var is_stale = occlusion_pass.is_all_stale != 0u;
-    for (var k = 0u; k < occlusion_pass.changes && !is_stale; k += 1u) {
-        is_stale = is_affected(changes[k], position_mm);
+    var is_old = occlusion_pass.is_all_stale != 0u;
+    for (var k = 0u; k < occlusion_pass.changes && !is_old; k += 1u) {
+        is_old = is_affected(changes[k], position_mm);
     }
-    return is_stale;
+    return is_old;
 }

@@ -1,5 +1,5 @@
-// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks that `cull` lists to be clipped: the opacity of
-// every voxel after clipping, whether a drawn point can read it at all, and whether its occlusion is
+// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks that `cull` lists to be clipped: the
+// opacity of every voxel after clipping, whether a drawn point can read it at all, and whether its occlusion is
 // stale because a carver that changed affects it, where it was or where it is.
 //
 // Two differences from algorithm 2: whether a voxel is affected is asked at its centre alone, because
@@ -8,7 +8,7 @@
 // two carvers, may show points that read the voxel.
 
 #import bevy_contextual_ao::{
-    brick_bindings::near_carvers,
+    brick_bindings::carvers_near_brick,
     bricks::{HIDDEN, PENDING, VALID, brick_at, mask_at, mask_bit},
     changes::is_stale,
     coverage::{clip_voxel, local_position},
@@ -48,16 +48,16 @@ fn clip(
     if any(voxel >= volume.dimensions) {
         atomicOr(&hidden[word], bit);
     } else {
-        let is_stale = is_stale(local_position(vec3<f32>(voxel)));
-        atomicOr(&stale[word], select(0u, bit, is_stale));
+        let is_old = is_stale(local_position(vec3<f32>(voxel)));
+        atomicOr(&stale[word], select(0u, bit, is_old));
         let intensity = textureLoad(intensities, voxel, 0).r;
         let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
-        let near = textureLoad(near_carvers, brick_at(brick), 0).r | volume.tests_all_carvers;
+        let near = carvers_near_brick(brick_at(brick));
         let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
         textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
         let is_hidden = clipping.is_removed || is_brick_transparent(brick);
         atomicOr(&hidden[word], select(0u, bit, is_hidden));
-        if is_stale && is_wanted(voxel, clipping.is_removed) {
+        if is_old && is_wanted(voxel, clipping.is_removed) {
             atomicOr(&queued[word], bit);
         }
     }

@@ -69,7 +69,9 @@ fn is_affected(carver: Carver, position_mm: vec3<f32>) -> bool {
         return is_near(carver, position_mm, volume.reach_mm);
     }
     let is_in = is_in_dilation(carver, to_clip_map(carver, position_mm));
-    return select(!is_in.y, is_in.x, carver.operation == OPERATION_SUBTRACT);
+    // The maps are made for the longest reach among the volumes, and are as coarse as their texels.
+    let is_within = is_in.x && is_near(carver, position_mm, volume.reach_mm);
+    return select(!is_in.y, is_within, carver.operation == OPERATION_SUBTRACT);
 }
 
 // Clip map space → texels of a carver's dilation map.

@@ -18,7 +18,7 @@ use super::formats::Formats;
 /// Voxels along each side of a brick (`bricks.wgsl`).
 const BRICK: u32 = 4;
 /// Invocations of a workgroup that takes a brick each.
-const WIDTH: u32 = 64;
+pub(crate) const WIDTH: u32 = 64;
 /// Most workgroups along one dimension of a dispatch (the WebGPU limit).
 const MOST_GROUPS: u32 = 65_535;
 

@@ -1,4 +1,4 @@
-//! Lists the bricks in which clipping may have changed something.
+//! Lists the bricks that may be clipped otherwise than before, and those in which occlusion may be stale.
 
 use bevy::{
     asset::load_embedded_asset,

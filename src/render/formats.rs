@@ -118,7 +118,7 @@ impl Formats {
     }
 }
 
-/// A 3D texture of one value per voxel that passes read and, with `STORAGE_BINDING`, write.
+/// A 3D texture of one value per voxel, or per brick, that passes read and, with `STORAGE_BINDING`, write.
 pub(crate) fn volume_texture(
     label: &'static str,
     dimensions: UVec3,

@@ -70,8 +70,9 @@ fn ask_for(first: vec3<i32>, last: vec3<i32>) {
                 // Reading is cheap, and almost all have been asked for.
                 let stale = voxels & ~atomicLoad(valid);
                 if stale != 0u {
+                    let pending = &voxel_masks[mask_at(PENDING, word)];
                     let first_asked = stale & ~atomicOr(valid, stale);
-                    if first_asked != 0u && atomicOr(&voxel_masks[mask_at(PENDING, word)], first_asked) == 0u {
+                    if first_asked != 0u && atomicOr(pending, first_asked) == 0u {
                         append(FRONT, word);
                     }
                 }

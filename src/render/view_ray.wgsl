@@ -162,7 +162,8 @@ fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
         let sample = classify_intensity(intensity);
         let before = (*march).before;
         if before == CUT {
-            slice = Slice(sample, ray.origin + (*march).cut_mm * ray.velocity, (along - (*march).cut_mm) / step_mm);
+            let cut_mm = (*march).cut_mm;
+            slice = Slice(sample, ray.origin + cut_mm * ray.velocity, (along - cut_mm) / step_mm);
             (*march).before = VISIBLE;
             (*march).i += 1u;
             continue;

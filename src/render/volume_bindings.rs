@@ -19,6 +19,9 @@ use super::{
     volume_store::VolumeResources, volume_uniform::VolumeUniform,
 };
 
+/// Binding of the dilation maps.
+pub(crate) const DILATION_MAPS: u32 = 5;
+
 /// The layout of the shared bindings, 0 to 6.
 pub(crate) fn layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let filtered = TextureSampleType::Float { filterable: true };

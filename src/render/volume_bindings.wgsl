@@ -1,5 +1,5 @@
-// What every pass reads of a volume and its carvers. The Rust side is `render/volume_uniform.rs`
-// (data) and `render/volume_bindings.rs` (layout); the group is 0 in compute passes and the
+// What every pass reads of a volume and its carvers. The Rust side is `render/volume_uniform.rs` and
+// `render/carver_uniform.rs` (data) and `render/volume_bindings.rs` (layout); the group is 0 in compute passes and the
 // material's group when drawing.
 
 #define_import_path bevy_contextual_ao::volume_bindings
@@ -16,9 +16,11 @@ struct VolumeUniform {
     occlusion_share: f32,
     light_share: f32,
     jitter_share: f32,
-    // Lookup table entry = texture value * table_scale + table_offset.
-    table_scale: f32,
-    table_offset: f32,
+    // Stored intensity that the texture gives as 1; stored intensity of the table's first entry, and
+    // entries per unit from there on.
+    largest_stored: f32,
+    table_first: f32,
+    table_density: f32,
     // Exponents of the opacity correction (length of a step / opacity unit distance).
     occlusion_exponent: f32,
     draw_exponent: f32,
@@ -77,12 +79,13 @@ const MAX_CARVERS: u32 = 128u;
 @group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
 
-// Where the table has an intensity as a texture gives it. What is an entry but for rounding is that
-// entry: beside a transparent one there may be one that is not.
+// Where the table has an intensity as a texture gives it. Stored intensities are whole numbers: what is one
+// but for rounding is that one, because beside a transparent one there may be one that is not.
 fn lookup_entry(intensity: f32) -> f32 {
-    let entry = intensity * volume.table_scale + volume.table_offset;
-    let nearest = round(entry);
-    return select(entry, nearest, abs(entry - nearest) < 1e-3);
+    let stored = intensity * volume.largest_stored;
+    let nearest = round(stored);
+    let is_whole = abs(stored - nearest) < 1e-3 + 3e-7 * stored;
+    return (select(stored, nearest, is_whole) - volume.table_first) * volume.table_density;
 }
 
 // Whether an intensity lies between the lowest and the highest that has opacity.

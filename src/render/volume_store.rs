@@ -50,7 +50,8 @@ pub enum VolumeTexture {
 /// A yes or no per voxel. In the order of the masks on the device, of which there is one more between.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VoxelMask {
-    /// The occlusion is up to date: it has been cast since anything changed that it depends on.
+    /// The occlusion is up to date: it has been cast since anything changed that it depends on. Says nothing
+    /// of voxels that are hidden.
     Valid = 0,
     /// No point that is drawn reads the voxel: what reads it is clipped, or transparent.
     Hidden = 2,

@@ -22,8 +22,9 @@ pub(crate) struct VolumeUniform {
     occlusion_share: f32,
     light_share: f32,
     jitter_share: f32,
-    table_scale: f32,
-    table_offset: f32,
+    largest_stored: f32,
+    table_first: f32,
+    table_density: f32,
     occlusion_exponent: f32,
     draw_exponent: f32,
     draw_step_mm: f32,
@@ -51,9 +52,7 @@ impl VolumeUniform {
         let geometry = &volume.geometry;
         let texture_from_voxel = geometry.texture_from_voxel();
         let [lo, hi] = volume.table.stored_range;
-        let entries_per_stored = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
-        let table_scale = largest_stored * entries_per_stored;
-        let table_offset = -lo * entries_per_stored;
+        let table_density = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
@@ -66,8 +65,9 @@ impl VolumeUniform {
             occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion),
             light_share: f32::from(mode.uses_light()),
             jitter_share: f32::from(volume.shading.jitter),
-            table_scale: table_scale as f32,
-            table_offset: table_offset as f32,
+            largest_stored: largest_stored as f32,
+            table_first: lo as f32,
+            table_density: table_density as f32,
             occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
@@ -79,27 +79,29 @@ impl VolumeUniform {
             footprint_mm: AmbientOcclusion::footprint_mm(geometry) as f32,
             tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
-            visible_intensities: visible_intensities(&volume.table, table_scale, table_offset),
+            visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),
         }
     }
 }
 
-/// Between which intensities a table has opacity, an entry being an intensity times `scale` plus `offset`.
-/// Where the function is constant beyond the table's ends, without end.
-fn visible_intensities(table: &LookupTable, scale: f64, offset: f64) -> Vec2 {
+/// Between which intensities, as the texture gives them, a table has opacity. Where the function is constant
+/// beyond the table's ends, without end.
+fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -> Vec2 {
     let has_opacity = |entry: &[f32; 4]| entry[3] > 0.0;
     let first = table.entries.iter().position(has_opacity);
     let last = table.entries.iter().rposition(has_opacity);
     let (Some(first), Some(last)) = (first, last) else {
         return Vec2::new(f32::MAX, f32::MIN);
     };
-    // Entries beside one that has opacity are transparent, what is between is not; a bit more for rounding.
-    let intensity = |entry: f64| ((entry - offset) / scale) as f32;
-    let has_scale = scale > 0.0;
-    let from = if first > 0 && has_scale { intensity(first as f64 - 1.01) } else { f32::MIN };
-    let to =
-        if last + 1 < table.entries.len() && has_scale { intensity(last as f64 + 1.01) } else { f32::MAX };
-    Vec2::new(from, to)
+    // More than the shader rounds by, stored intensities (`lookup_entry`).
+    const MARGIN: f64 = 0.05;
+    // Entries beside one that has opacity are transparent, what is between is not.
+    let stored = |entry: f64| table.stored_range[0] + entry / density;
+    let has_ends = density > 0.0;
+    let from = (has_ends && first > 0).then(|| stored(first as f64 - 1.0) - MARGIN);
+    let to = (has_ends && last + 1 < table.entries.len()).then(|| stored(last as f64 + 1.0) + MARGIN);
+    let intensity = |stored: f64| (stored / largest_stored) as f32;
+    Vec2::new(from.map_or(f32::MIN, intensity), to.map_or(f32::MAX, intensity))
 }
 
 /// The bits, modulo 32, of so many carvers.
@@ -127,4 +129,55 @@ pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
             ]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{ControlPoint, Intensities, Rescale, TransferFunction, Volume};
+    use bevy::math::DAffine3;
+
+    /// Where the shader finds an intensity in a table.
+    fn lookup_entry(intensity: f32, largest_stored: f32, first: f32, density: f32) -> f32 {
+        let stored = intensity * largest_stored;
+        let is_whole = (stored - stored.round()).abs() < 1e-3 + 3e-7 * stored;
+        (if is_whole { stored.round() } else { stored } - first) * density
+    }
+
+    #[test]
+    fn what_has_opacity_may_be_visible() {
+        let ends = [(0u32, 255u32), (3, 9), (32_768, 34_800), (100, 60_000), (65_000, 65_535)];
+        for (lo, hi) in ends {
+            let largest = if hi < 256 { 255.0 } else { 65_535.0 };
+            for (from, to) in [(lo, lo + 1), (lo + 1, hi - 1), (lo + 2, lo + 2), (hi - 1, hi), (hi, hi)] {
+                // A ramp, or a step, that ends in a plateau; and one that ends in nothing again.
+                for end in [1.0, 0.0] {
+                    let points = [(from, 0.0), (to, 1.0), (hi, end)];
+                    check(points, largest, [lo, hi]);
+                }
+            }
+        }
+    }
+
+    fn check(points: [(u32, f32); 3], largest: f64, [lo, hi]: [u32; 2]) {
+        let intensities = Intensities::U16([lo, hi].map(|end| end as u16).into());
+        let volume = Volume::new(UVec3::new(2, 1, 1), DAffine3::IDENTITY, intensities, Rescale::default());
+        let points = points.map(|(at, opacity)| ControlPoint { value: at as f32, color: [1.0; 3], opacity });
+        let function = TransferFunction::new(points.into(), 1.0).expect("valid points");
+        let table = LookupTable::bake(&function, &volume.expect("two voxels"), 0, 0);
+        let density = (LookupTable::ENTRIES - 1) as f64 / (table.stored_range[1] - table.stored_range[0]);
+        let visible = visible_intensities(&table, largest, density);
+        for stored in lo..=hi {
+            for part in [0.0, 0.01, 0.03, 0.5, 0.97, 0.99] {
+                let intensity = ((f64::from(stored) + part) / largest) as f32;
+                let first = table.stored_range[0] as f32;
+                let entry = lookup_entry(intensity, largest as f32, first, density as f32);
+                let entry = entry.clamp(0.0, (LookupTable::ENTRIES - 1) as f32);
+                let around = [entry.floor(), entry.ceil()].map(|entry| table.entries[entry as usize][3]);
+                let is_visible = around[0] > 0.0 || around[1] > 0.0;
+                let may_be = intensity > visible.x && intensity < visible.y;
+                assert!(may_be || !is_visible, "{points:?} {stored} + {part}: {visible}");
+            }
+        }
+    }
 }

@@ -35,7 +35,12 @@ impl LookupTable {
     /// Number of entries: a 12-bit CT keeps every intensity apart.
     pub const ENTRIES: usize = 4096;
 
-    fn bake(function: &TransferFunction, volume: &Volume, revision: u32, volume_revision: u32) -> Self {
+    pub(crate) fn bake(
+        function: &TransferFunction,
+        volume: &Volume,
+        revision: u32,
+        volume_revision: u32,
+    ) -> Self {
         let [lo, hi] = volume.stored_range().map(f64::from);
         // Only where the function varies: a narrow window of a 16-bit volume gets all entries. One
         // intensity more at either end, so that a step there has both its sides.

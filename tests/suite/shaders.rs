@@ -6,6 +6,8 @@ use naga_oil::compose::{
 };
 use std::collections::HashMap;
 
+use crate::headless::project_folder;
+
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
         [$(($name, include_str!(concat!("../../src/render/", $name)))),*]
@@ -57,17 +59,25 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
 
 #[test]
 fn every_variant_composes_and_validates() {
+    let folder = std::fs::read_dir(project_folder().join("src/render")).expect("the folder of passes");
+    let files = folder.filter_map(|file| file.ok()?.file_name().into_string().ok());
+    let mut shaders: Vec<_> = files.filter(|name| name.ends_with(".wgsl")).collect();
+    shaders.sort_unstable();
+    let mut listed: Vec<_> = LIBRARIES.iter().chain(&ENTRIES).map(|(name, _)| *name).collect();
+    listed.sort_unstable();
+    assert_eq!(shaders, listed, "not all shaders are checked here");
     for entry in ENTRIES {
         let optional = definitions_of(entry.0);
         for chosen in 0..1u32 << optional.len() {
             let names = optional.iter().enumerate().filter(|(bit, _)| chosen >> bit & 1 == 1);
             let mut definitions: HashMap<String, ShaderDefValue> =
                 names.map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true))).collect();
-            for name in ["VOLUME_BIND_GROUP", "AXIS"] {
-                definitions.insert(name.into(), ShaderDefValue::UInt(0));
-            }
-            if let Err(error) = compose(entry, definitions.clone()) {
-                panic!("{} with {definitions:?}: {error}", entry.0);
+            definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
+            for axis in 0..if entry.0 == "distances.wgsl" { 3 } else { 1 } {
+                definitions.insert("AXIS".into(), ShaderDefValue::UInt(axis));
+                if let Err(error) = compose(entry, definitions.clone()) {
+                    panic!("{} with {definitions:?}: {error}", entry.0);
+                }
             }
         }
     }
