@@ -71,6 +71,9 @@ const WATCHED: [[&str; 2]; 3] = [
 impl Watched {
     fn of(case: &Case, rule: CoverageRule, frames: u32, pose: impl Fn(u32) -> Transform) -> Self {
         let (mut scene, carver) = solid_scene(&case.mesh, case.pose, |clip| clip.coverage = rule);
+        // Occlusion is watched where the camera does not see it as well.
+        scene.world().insert_resource(Shortcuts { demand: false, ..default() });
+        scene.settle();
         let mut watched = Self::default();
         for frame in 0..=frames {
             scene.move_carver(carver, pose(frame));
