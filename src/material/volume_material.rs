@@ -84,7 +84,7 @@ pub struct PassResources<'w> {
 }
 
 impl AsBindGroup for VolumeMaterial {
-    /// [`VolumeMaterial::is_mirrored`].
+    /// Whether the way from the box to the world mirrors.
     type Data = bool;
     type Param = PassResources<'static>;
 
