@@ -4,7 +4,7 @@ use bevy::render::render_resource::{ShaderType, encase::private::StructMetadata}
 use naga::TypeInner;
 
 use super::{
-    brick_buffers::{MASKS, PENDING},
+    brick_resources::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
     compute_pass::{ListEnd, WIDTH},
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},

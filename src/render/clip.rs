@@ -16,7 +16,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::work_layout,
+    brick_resources::work_layout,
     carver_uniform::CarverUniform,
     compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     formats::Formats,

@@ -15,7 +15,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::{BRICK_FORMAT, work_layout},
+    brick_resources::{BRICK_FORMAT, work_layout},
     carver_uniform::CarverUniform,
     compute_pass::{ComputePass, PassDescriptor},
     pass_uniforms::OcclusionPassUniform,

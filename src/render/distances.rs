@@ -15,7 +15,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::BRICK_FORMAT,
+    brick_resources::BRICK_FORMAT,
     compute_pass::{ComputePass, Groups, PassDescriptor},
     volume_bindings,
     volume_store::VolumeResources,

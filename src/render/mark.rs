@@ -13,7 +13,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::work_layout,
+    brick_resources::work_layout,
     compute_pass::{ComputePass, PassDescriptor},
     pass_uniforms::WindowUniform,
     volume_bindings,

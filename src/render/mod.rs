@@ -5,7 +5,7 @@
 
 #[cfg(test)]
 mod agreement;
-mod brick_buffers;
+mod brick_resources;
 mod carver_uniform;
 mod clip;
 mod clip_draw;

@@ -17,7 +17,7 @@ use bevy::{
 };
 
 use super::{
-    brick_buffers::PENDING,
+    brick_resources::PENDING,
     compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,

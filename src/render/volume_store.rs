@@ -16,7 +16,7 @@ use bevy::{
 use core::iter;
 
 use super::{
-    brick_buffers::BrickBuffers,
+    brick_resources::BrickResources,
     carver_uniform::{CarverTable, CarverUniform},
     clip_maps::ClipMaps,
     extract::{ExtractedScene, ExtractedVolume},
@@ -75,7 +75,7 @@ pub(crate) struct VolumeResources {
     /// Carvers that changed, as they were and as they are.
     pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub rays: StorageBuffer<Vec<Vec4>>,
-    pub bricks: BrickBuffers,
+    pub bricks: BrickResources,
     pub state: VolumeState,
 }
 
@@ -181,7 +181,7 @@ impl VolumeResources {
             pass: default(),
             changes: default(),
             rays: default(),
-            bricks: BrickBuffers::new(volume.geometry.dimensions, device),
+            bricks: BrickResources::new(volume.geometry.dimensions, device),
             state: default(),
         }
     }

@@ -13,7 +13,7 @@ use super::{FramePlan, views::Views, work::Work};
 use crate::{
     diagnostics::ReportChannel,
     render::{
-        brick_buffers::{BrickBuffers, work_group},
+        brick_resources::{BrickResources, work_group},
         carver_uniform::{CarverTable, CarverUniform},
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
@@ -162,10 +162,10 @@ impl Work {
         let cache = &*passes.cache;
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
-        BrickBuffers::empty(&volume.bricks.word_list, queue);
+        BrickResources::empty(&volume.bricks.word_list, queue);
         let clip_job = match self.changes {
             Some(mut changes) => {
-                BrickBuffers::empty(&volume.bricks.brick_list, queue);
+                BrickResources::empty(&volume.bricks.brick_list, queue);
                 // A binding cannot be empty.
                 changes.push(default());
                 volume.changes.set(changes);

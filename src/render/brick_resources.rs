@@ -30,7 +30,7 @@ pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 const LIST_HEADS: u32 = 8;
 
 /// Buffers and textures of one volume.
-pub(crate) struct BrickBuffers {
+pub(crate) struct BrickResources {
     /// Number of bricks.
     pub bricks: u32,
     /// Lowest and highest intensity in each, 16 bits both.
@@ -51,7 +51,7 @@ pub(crate) struct BrickBuffers {
     pub word_list: Buffer,
 }
 
-impl BrickBuffers {
+impl BrickResources {
     pub fn new(dimensions: UVec3, device: &RenderDevice) -> Self {
         let counts = brick_counts(dimensions);
         let bricks = counts.element_product();
@@ -116,7 +116,7 @@ pub(crate) fn work_layout() -> BindGroupLayoutDescriptor {
 
 /// Group 2 of a pass that appends to `list`, or writes the masks alone.
 pub(crate) fn work_group(
-    bricks: &BrickBuffers,
+    bricks: &BrickResources,
     list: &Buffer,
     cache: &PipelineCache,
     device: &RenderDevice,
