@@ -13,7 +13,7 @@ use bevy::{
 };
 
 use super::{
-    compute_pass::brick_counts,
+    compute_pass::{LIST_HEAD, brick_counts},
     formats::volume_texture,
     textures::{TextureAndView, usage_of},
 };
@@ -27,7 +27,7 @@ pub(crate) const PENDING: u32 = 1;
 /// A number for every brick, as compute passes write it on any device.
 pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Words before the items of a list: the heads of its two ends (`work_list.wgsl`).
-const LIST_HEADS: u32 = 8;
+const LIST_HEADS: u32 = 2 * LIST_HEAD;
 
 /// Buffers and textures of one volume.
 pub(crate) struct BrickResources {

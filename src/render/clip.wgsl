@@ -42,7 +42,8 @@ fn clip(
     if brick == NOTHING {
         return;
     }
-    let voxel = 4u * brick_at(brick) + local;
+    let place = brick_at(brick);
+    let voxel = 4u * place + local;
     let word = local.z >> 1u;
     let bit = mask_bit(local);
     if any(voxel >= volume.dimensions) {
@@ -52,7 +53,7 @@ fn clip(
         atomicOr(&stale[word], select(0u, bit, is_old));
         let intensity = textureLoad(intensities, voxel, 0).r;
         let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
-        let near = carvers_near_brick(brick_at(brick));
+        let near = carvers_near_brick(place);
         let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
         textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
         let is_hidden = clipping.is_removed || is_brick_transparent(brick);

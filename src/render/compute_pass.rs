@@ -19,6 +19,8 @@ use super::formats::Formats;
 const BRICK: u32 = 4;
 /// Invocations of a workgroup that takes a brick each.
 pub(crate) const WIDTH: u32 = 64;
+/// Words of the head of one end of a list, the arguments of the dispatch first (`work_list.wgsl`).
+pub(crate) const LIST_HEAD: u32 = 4;
 /// Most workgroups along one dimension of a dispatch (the WebGPU limit).
 const MOST_GROUPS: u32 = 65_535;
 
@@ -119,7 +121,9 @@ impl ComputePass {
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
             }
-            Groups::Listed(list, end) => pass.dispatch_workgroups_indirect(list, 16 * end as u64),
+            Groups::Listed(list, end) => {
+                pass.dispatch_workgroups_indirect(list, 4 * (LIST_HEAD * end as u32) as u64)
+            }
         }
     }
 }

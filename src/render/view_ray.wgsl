@@ -119,8 +119,8 @@ fn along_ray(ray: ViewRay, i: u32) -> f32 {
 }
 
 // Follows a ray through what is transparent: to the next sample that may not be, or that ends what was
-// visible, or to the cut. Returns its intensity. Nothing else is done in this loop, so that rays side by side, which a
-// device runs in step, wait for each other as little as can be.
+// visible, or to the cut. Returns its intensity. Nothing else is done in this loop, so that rays side by
+// side, which a device runs in step, wait for each other as little as can be.
 fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
     let step = volume.draw_step_mm * ray.velocity * dimensions;

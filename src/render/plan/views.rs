@@ -28,13 +28,13 @@ pub(crate) struct Views<'w, 's> {
 }
 
 /// A view of one volume.
-pub(super) struct Window {
+pub(super) struct VolumeView {
     pub uniform: WindowUniform,
     /// From volume space (mm).
     clip_from_local: Mat4,
 }
 
-impl Window {
+impl VolumeView {
     /// The part of it in which some boxes may be seen, each given by its corners in volume space (mm);
     /// `None` if there is none.
     pub fn around(&self, boxes: &[[Vec3; 8]]) -> Option<WindowUniform> {
@@ -50,7 +50,7 @@ impl Window {
 
 impl Views<'_, '_> {
     /// The windows onto a volume, of those views that show it.
-    pub(super) fn windows(&self, volume: &ExtractedVolume) -> Vec<Window> {
+    pub(super) fn windows(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
         self.cameras
             .iter()
             .filter(|view| shows(view.visible, volume.entity))
@@ -64,7 +64,11 @@ fn shows(visible: &RenderVisibleEntities, volume: MainEntity) -> bool {
 }
 
 /// The pixels of a view in which a volume's box may be.
-fn window(view: &ExtractedView, jitter: Option<&TemporalJitter>, volume: &ExtractedVolume) -> Option<Window> {
+fn window(
+    view: &ExtractedView,
+    jitter: Option<&TemporalJitter>,
+    volume: &ExtractedVolume,
+) -> Option<VolumeView> {
     let viewport = view.viewport.as_vec4();
     let mut clip_from_view = view.clip_from_view;
     if let Some(jitter) = jitter {
@@ -76,7 +80,7 @@ fn window(view: &ExtractedView, jitter: Option<&TemporalJitter>, volume: &Extrac
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
         WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
-    first.cmplt(end).all().then_some(Window { uniform, clip_from_local })
+    first.cmplt(end).all().then_some(VolumeView { uniform, clip_from_local })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -126,7 +130,7 @@ mod tests {
         let around = pixels_of_box(projection, UNIT, viewport);
         assert_eq!(around, (UVec2::new(10, 20), UVec2::new(210, 220)));
         let window =
-            Window { uniform: WindowUniform { viewport, first, end, ..default() }, clip_from_local: far };
+            VolumeView { uniform: WindowUniform { viewport, first, end, ..default() }, clip_from_local: far };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");
         assert!(right.first.x > first.x && right.end == end, "{right:?} of {first} {end}");

@@ -1,6 +1,8 @@
 //! What one volume needs this frame, given what is on the device for it.
 
-use super::{changes::Changes, views::Window};
+use bevy::prelude::*;
+
+use super::{changes::Changes, views::VolumeView};
 use crate::{
     occlusion::Shortcuts,
     render::{
@@ -38,7 +40,7 @@ impl VolumeResources {
         &mut self,
         volume: &ExtractedVolume,
         contents: Contents,
-        windows: Vec<Window>,
+        windows: Vec<VolumeView>,
         looks_different: bool,
         shortcuts: &Shortcuts,
     ) -> Work {
@@ -73,16 +75,14 @@ impl VolumeResources {
         };
         let follows_views = mode.uses_occlusion() && queue == Queue::None;
         // What a view reads that it has read before can differ only where one of the changes shows.
-        let outlines = changes.as_ref().filter(|_| shortcuts.outlines && !is_all_stale).and_then(|changes| {
-            // A point reads voxels that are up to a cell's diagonal away; another for rounding.
-            let geometry = &volume.geometry;
-            let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
-            changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect::<Option<Vec<_>>>()
-        });
-        let unread = |window: &Window| match &outlines {
-            _ if looks_different || !state.marked.contains(&window.uniform) => Some(window.uniform),
-            Some(outlines) => window.around(outlines),
-            None => (changes.is_some() || !shortcuts.rest).then_some(window.uniform),
+        let few = changes.as_ref().filter(|_| shortcuts.outlines && !is_all_stale);
+        let outlines = few.and_then(|changes| outlines(changes, volume));
+        let unread = |view: &VolumeView| {
+            let is_new = looks_different || !state.marked.contains(&view.uniform);
+            match &outlines {
+                Some(outlines) if !is_new => view.around(outlines),
+                _ => (is_new || changes.is_some() || !shortcuts.rest).then_some(view.uniform),
+            }
         };
         let unmarked: Vec<_> = windows.iter().filter(|_| follows_views).filter_map(unread).collect();
         let pass = OcclusionPassUniform {
@@ -111,4 +111,12 @@ impl VolumeResources {
         state.marked = marked.collect();
         work
     }
+}
+
+/// Where carvers that changed may show, as boxes; `None` if that is everywhere.
+fn outlines(changes: &[CarverUniform], volume: &ExtractedVolume) -> Option<Vec<[Vec3; 8]>> {
+    // A point reads voxels that are up to a cell's diagonal away; another for rounding.
+    let geometry = &volume.geometry;
+    let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
+    changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect()
 }
