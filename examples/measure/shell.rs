@@ -109,7 +109,7 @@ pub fn peer(options: &Options) -> Result<(), String> {
             stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
             stage.turn_camera(frame as f32);
         };
-        let times = stage.medians(options.warmup, options.frames, change);
+        let times = stage.medians_undisturbed(options.warmup, options.frames, change);
         let work = stage.count(|stage| change(stage, options.warmup + options.frames));
         let figures = json!({
             "mode": mode.name(),

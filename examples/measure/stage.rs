@@ -2,7 +2,7 @@
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_contextual_ao::{
-    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, SPANS, Work, latest_gpu_ms},
+    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, Work, latest_gpu_ms},
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
@@ -157,6 +157,20 @@ impl Stage {
         self.read_passes(times.last_mut(), &mut before);
         self.set_mode(mode);
         times
+    }
+
+    /// The same, with the total as it is when no pass is waited for by itself.
+    pub fn medians_undisturbed(
+        &mut self,
+        warmup: u32,
+        frames: u32,
+        mut change: impl FnMut(&mut Self, u32),
+    ) -> FrameTimes {
+        let by_clock = self.headless.app.world().resource::<TimePassesByClock>().0;
+        self.world().insert_resource(TimePassesByClock(false));
+        let undisturbed = self.medians(warmup, frames, &mut change);
+        self.world().insert_resource(TimePassesByClock(by_clock));
+        FrameTimes { total: undisturbed.total, ..self.medians(warmup, frames, change) }
     }
 
     /// The medians of so many frames, after some that are not counted.
