@@ -49,34 +49,36 @@ struct ByRays {
     pixel_rms: [f64; 2],
 }
 
-/// Measures all that the tables hold, then prints them.
+/// Measures what the tables hold, and prints them for each scene once it is measured, which takes long.
 pub fn run(options: &Options) -> Result<(), String> {
     let scenes = [CountingScene::EngineOpaque, CountingScene::Bonsai, CountingScene::CtTorso];
-    let mut measured = Vec::new();
     for (scene, published) in scenes.into_iter().zip(&PUBLISHED) {
         if let Some(mut stage) = scene.open(options)? {
-            measured.push(measure(&mut stage, Some(published), options)?);
+            print(&measure(&mut stage, Some(published), options)?);
         }
     }
     if options.most >= 512 {
-        measured.push(measure(&mut shell::growing(512)?, None, options)?);
+        print(&measure(&mut shell::growing(512)?, None, options)?);
     }
-    print_scenes(&measured);
-    print_speed(&measured);
-    print_second_carver(&measured);
+    Ok(())
+}
+
+fn print(measured: &Measured) {
+    print_scene(measured);
+    print_speed(measured);
+    print_second_carver(measured);
     print_errors(
         "Table 5: RMS error of voxels against 512 rays, 0 to 1",
-        &measured,
+        measured,
         |paper| paper.voxel_rms,
         |m| m.voxel_rms,
     );
     print_errors(
         "Table 6: RMS error of pixels against 512 rays, 0 to 255",
-        &measured,
+        measured,
         |paper| paper.pixel_rms,
         |m| m.pixel_rms,
     );
-    Ok(())
 }
 
 fn measure(
@@ -123,28 +125,26 @@ fn measure(
     })
 }
 
-fn print_scenes(measured: &[Measured]) {
-    let rows = measured.iter().map(|m| {
-        let [published, ours] = m.recast_percent.map(|percent| format!("{percent:.2}"));
-        let paper = |of: fn(&Published) -> String| m.beside.map_or_else(none, of);
-        vec![
-            paper(|p| p.name.to_owned()),
-            paper(|p| p.resolution.map(|n| n.to_string()).join("x")),
-            paper(|p| p.steps.to_string()),
-            paper(|p| format!("{:.2}", p.recast_percent)),
-            m.name.clone(),
-            m.dimensions.to_array().map(|n| n.to_string()).join("x"),
-            m.steps.to_string(),
-            published,
-            ours,
-        ]
-    });
+fn print_scene(m: &Measured) {
+    let [published, ours] = m.recast_percent.map(|percent| format!("{percent:.2}"));
+    let paper = |of: fn(&Published) -> String| m.beside.map_or_else(none, of);
+    let row = vec![
+        paper(|p| p.name.to_owned()),
+        paper(|p| p.resolution.map(|n| n.to_string()).join("x")),
+        paper(|p| p.steps.to_string()),
+        paper(|p| format!("{:.2}", p.recast_percent)),
+        m.name.clone(),
+        m.dimensions.to_array().map(|n| n.to_string()).join("x"),
+        m.steps.to_string(),
+        published,
+        ours,
+    ];
     let head =
         ["paper", "voxels", "steps", "% recast", "here", "voxels", "steps", "% as published", "% ours"];
-    print_table("Table 2: scenes, and voxels recast in a carve frame", head, rows);
+    print_table("Table 2: the scene, and voxels recast in a carve frame", head, [row]);
 }
 
-fn print_speed(measured: &[Measured]) {
+fn print_speed(measured: &Measured) {
     let rows = rows(
         measured,
         |paper, k| [paper.cao_fps[k] / paper.lao_fps[k], paper.solid_fps / paper.cao_fps[k]],
@@ -166,7 +166,7 @@ fn print_speed(measured: &[Measured]) {
     print_table("Table 3: time of a frame, CAO's beside that of dense LAO and of no occlusion", head, rows);
 }
 
-fn print_second_carver(measured: &[Measured]) {
+fn print_second_carver(measured: &Measured) {
     let rows = rows(
         measured,
         |paper, k| [percent_lost(1.0 / paper.two_meshes_fps[k], 1.0 / paper.cao_fps[k])],
@@ -183,7 +183,7 @@ fn print_second_carver(measured: &[Measured]) {
 
 fn print_errors(
     title: &str,
-    measured: &[Measured],
+    measured: &Measured,
     paper: fn(&Published) -> [f64; 4],
     ours: fn(&ByRays) -> [f64; 2],
 ) {
@@ -196,22 +196,19 @@ fn percent_lost(time: f64, before: f64) -> f64 {
     100.0 * (1.0 - before / time)
 }
 
-/// A row per scene and number of rays: what the paper says, and what was measured.
+/// A row per number of rays: what the paper says, and what was measured.
 fn rows<const P: usize, const M: usize>(
-    measured: &[Measured],
+    measured: &Measured,
     paper: impl Fn(&Published, usize) -> [f64; P],
     ours: impl Fn(&ByRays) -> [Option<f64>; M],
 ) -> Vec<Vec<String>> {
-    let mut rows = Vec::new();
-    for scene in measured {
-        for (k, m) in scene.by_rays.iter().enumerate() {
-            let paper = scene.beside.map_or([None; P], |published| paper(published, k).map(Some));
-            let values = paper.into_iter().chain(ours(m));
-            let values = values.map(|value| value.map_or_else(none, |value| format!("{value:.4}")));
-            rows.push([scene.name.clone(), m.rays.to_string()].into_iter().chain(values).collect());
-        }
-    }
-    rows
+    let of = |(k, m): (usize, &ByRays)| {
+        let paper = measured.beside.map_or([None; P], |published| paper(published, k).map(Some));
+        let values = paper.into_iter().chain(ours(m));
+        let values = values.map(|value| value.map_or_else(none, |value| format!("{value:.4}")));
+        [measured.name.clone(), m.rays.to_string()].into_iter().chain(values).collect()
+    };
+    measured.by_rays.iter().enumerate().map(of).collect()
 }
 
 fn none() -> String {
