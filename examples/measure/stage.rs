@@ -159,7 +159,13 @@ impl Stage {
         times
     }
 
-    /// The same, with the total as it is when no pass is waited for by itself.
+    /// The medians of so many frames, after some that are not counted.
+    pub fn medians(&mut self, warmup: u32, frames: u32, change: impl FnMut(&mut Self, u32)) -> FrameTimes {
+        let times = self.time(warmup + frames, change);
+        FrameTimes::medians(&times[warmup as usize..])
+    }
+
+    /// The same, but the total is that of as many frames before, in which no pass was waited for by itself.
     pub fn medians_undisturbed(
         &mut self,
         warmup: u32,
@@ -171,12 +177,6 @@ impl Stage {
         let undisturbed = self.medians(warmup, frames, &mut change);
         self.world().insert_resource(TimePassesByClock(by_clock));
         FrameTimes { total: undisturbed.total, ..self.medians(warmup, frames, change) }
-    }
-
-    /// The medians of so many frames, after some that are not counted.
-    pub fn medians(&mut self, warmup: u32, frames: u32, change: impl FnMut(&mut Self, u32)) -> FrameTimes {
-        let times = self.time(warmup + frames, change);
-        FrameTimes::medians(&times[warmup as usize..])
     }
 
     fn mode(&self) -> ShadingMode {
