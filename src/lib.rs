@@ -41,7 +41,10 @@ pub mod prelude {
         clip::{
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
-        occlusion::{AmbientOcclusion, RayPattern, ShadingMode, Shortcuts, VolumeShading},
+        occlusion::{
+            AmbientOcclusion, OcclusionMethod, OcclusionResolution, RayPattern, ShadingMode, Shortcuts, Sky,
+            VolumeShading,
+        },
         volume::{
             ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
             VolumeFailed, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,

@@ -237,7 +237,7 @@ impl Headless {
         let world = self.render_world();
         let store = world.resource::<VolumeStore>();
         let (Some((buffer, first, size)), Some(texture)) =
-            (store.mask(volume, which), store.texture(volume, VolumeTexture::Occlusion))
+            (store.mask(volume, which), store.texture(volume, VolumeTexture::Opacities))
         else {
             return Vec::new();
         };

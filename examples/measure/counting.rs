@@ -107,7 +107,12 @@ impl CountingScene {
             name: self.name(),
             volume,
             transfer_function: Some(function),
-            occlusion: AmbientOcclusion { pattern: RayPattern::Rubik54, steps: recipe.steps, step_mm },
+            occlusion: AmbientOcclusion {
+                pattern: RayPattern::Rubik54,
+                steps: recipe.steps,
+                step_mm,
+                ..default()
+            },
             shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
             carvers: vec![ball(&geometry, CARVER, RADIUS)],
             camera: place(&geometry, CAMERA),

@@ -33,7 +33,12 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
         name: format!("shell {size}"),
         volume: shell_volume(size, spacing_mm).map_err(|error| error.to_string())?,
         transfer_function: Some(function),
-        occlusion: AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 20, step_mm: spacing_mm },
+        occlusion: AmbientOcclusion {
+            pattern: RayPattern::Fibonacci(26),
+            steps: 20,
+            step_mm: spacing_mm,
+            ..default()
+        },
         shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
         carvers: Vec::new(),
         camera: Vec3::new(132.0, 88.0, 198.0),

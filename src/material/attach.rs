@@ -8,9 +8,11 @@ use bevy::{
     prelude::*,
 };
 
-use super::VolumeMaterial;
+use super::{VolumeMaterial, volume_material::MaterialVariant};
 use crate::{
     clip::{ClipCapacity, ClipSettings},
+    occlusion::AmbientOcclusion,
+    render::OcclusionTexels,
     volume::{LookupTable, Volume3d, VolumeGeometry},
 };
 
@@ -20,30 +22,36 @@ pub(super) struct Visuals {
     volume_revision: u32,
     clip_capacity: ClipCapacity,
     depth_map_size: u32,
-    is_mirrored: bool,
+    variant: MaterialVariant,
 }
 
 /// Makes the box and the material of volumes that can be shown, and makes them anew when the
 /// textures that the material binds are new.
 pub(super) fn attach_visuals(
     mut commands: Commands,
-    volumes: Query<(Entity, &LookupTable, &GlobalTransform, Option<&Visuals>), With<Volume3d>>,
+    volumes: Query<
+        (Entity, &LookupTable, &AmbientOcclusion, &GlobalTransform, Option<&Visuals>),
+        With<Volume3d>,
+    >,
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    for (entity, table, transform, current) in &volumes {
+    for (entity, table, occlusion, transform, current) in &volumes {
         let visuals = Visuals {
             volume_revision: table.volume_revision,
             clip_capacity: *clip_capacity,
             depth_map_size: clip_settings.depth_map_size,
-            is_mirrored: transform.affine().matrix3.determinant() < 0.0,
+            variant: MaterialVariant {
+                is_mirrored: transform.affine().matrix3.determinant() < 0.0,
+                texels: OcclusionTexels::of(occlusion),
+            },
         };
         if current == Some(&visuals) {
             continue;
         }
-        let material = VolumeMaterial { volume: entity, is_mirrored: visuals.is_mirrored };
+        let material = VolumeMaterial { volume: entity, variant: visuals.variant };
         commands.entity(entity).try_insert((
             visuals,
             Mesh3d(meshes.add(box_mesh(&table.geometry))),

@@ -48,7 +48,7 @@ fn opacity_gradient(p: vec3<f32>) -> vec3<f32> {
 // Colour of a sample lit from the camera, which looks along `direction`.
 // `opacity` is what it adds to the pixel.
 fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    let factor = textureSampleLevel(occlusion, edge_sampler, p, 0.0).r;
+    let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
     let ambient = mix(1.0, factor, volume.occlusion_share);
     if opacity * volume.light_share <= 0.0 {
         return color * ambient;

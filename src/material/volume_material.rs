@@ -19,7 +19,7 @@ use bevy::{
     shader::{ShaderDefVal, ShaderRef},
 };
 
-use crate::render::{ClipMaps, Formats, VolumeStore, volume_bindings};
+use crate::render::{ClipMaps, Formats, OcclusionTexels, VolumeStore, volume_bindings};
 
 /// Draws the volume of an entity, made and kept up to date by the plugin.
 ///
@@ -29,8 +29,16 @@ use crate::render::{ClipMaps, Formats, VolumeStore, volume_bindings};
 pub struct VolumeMaterial {
     /// The entity with the [`Volume3d`](crate::volume::Volume3d).
     pub(super) volume: Entity,
+    pub(super) variant: MaterialVariant,
+}
+
+/// What distinguishes pipelines that draw volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MaterialVariant {
     /// Whether the way from the box to the world mirrors.
     pub(super) is_mirrored: bool,
+    /// What the occlusion texture holds.
+    pub(super) texels: OcclusionTexels,
 }
 
 /// Where Bevy binds materials: group 3.
@@ -62,7 +70,8 @@ impl Material for VolumeMaterial {
     ) -> Result<(), SpecializedMeshPipelineError> {
         // Back faces, whatever is in front of them: the camera may be inside the box, and the
         // shader itself stops at opaque geometry.
-        let is_inside_out = key.bind_group_data != key.mesh_key.contains(MeshPipelineKey::INVERT_CULLING);
+        let variant = key.bind_group_data;
+        let is_inside_out = variant.is_mirrored != key.mesh_key.contains(MeshPipelineKey::INVERT_CULLING);
         descriptor.primitive.cull_mode = Some(if is_inside_out { Face::Back } else { Face::Front });
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
@@ -70,6 +79,7 @@ impl Material for VolumeMaterial {
         let group = ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), MATERIAL_BIND_GROUP);
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader_defs.push(group);
+            fragment.shader_defs.extend(variant.texels.shader_def().map(ShaderDefVal::from));
         }
         Ok(())
     }
@@ -84,8 +94,7 @@ pub struct PassResources<'w> {
 }
 
 impl AsBindGroup for VolumeMaterial {
-    /// Whether the way from the box to the world mirrors.
-    type Data = bool;
+    type Data = MaterialVariant;
     type Param = PassResources<'static>;
 
     fn label() -> &'static str {
@@ -93,7 +102,7 @@ impl AsBindGroup for VolumeMaterial {
     }
 
     fn bind_group_data(&self) -> Self::Data {
-        self.is_mirrored
+        self.variant
     }
 
     fn unprepared_bind_group(

@@ -1,14 +1,29 @@
-//! How a volume is shaded by ambient occlusion: the settings and the ray patterns (pure maths).
+//! How a volume is shaded by ambient occlusion: the methods and their settings, and the ray patterns (pure
+//! maths).
 
+mod direct;
 mod directions;
+mod filtering;
+mod method;
+mod progressive;
+mod screen_space;
 mod settings;
 mod shortcuts;
+mod sky;
+mod sweeping;
 
 use bevy::prelude::*;
 
+pub use direct::DirectOcclusion;
 pub use directions::{RayDirection, RayPattern, fibonacci_direction};
-pub use settings::{AmbientOcclusion, ShadingMode, VolumeShading};
+pub use filtering::{DensityEstimate, OcclusionFiltering, OpacityModulation};
+pub use method::{DensitySource, OcclusionMethod};
+pub use progressive::ProgressiveRays;
+pub use screen_space::ScreenSpaceOcclusion;
+pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
 pub use shortcuts::Shortcuts;
+pub use sky::Sky;
+pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepingSurface};
 
 /// Registers the shading components.
 pub(crate) struct OcclusionPlugin;

@@ -2,7 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 
-use super::RayPattern;
+use super::{OcclusionMethod, RayDirection, RayPattern, Sky};
 use crate::volume::VolumeGeometry;
 
 /// How the ambient occlusion of a volume is computed (required by
@@ -12,20 +12,55 @@ use crate::volume::VolumeGeometry;
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct AmbientOcclusion {
-    /// The directions in which a voxel looks. More rays cost proportionally more time and lower
-    /// the error; few rays show as bands in smooth regions.
+    /// By which method, with the settings that it has for itself.
+    pub method: OcclusionMethod,
+    /// Of methods that cast rays: the directions in which a voxel looks. More rays cost proportionally more
+    /// time and lower the error; few rays show as bands in smooth regions.
     pub pattern: RayPattern,
-    /// Samples per ray. More reach farther and cost proportionally more time per recomputed voxel;
-    /// a carver then also makes more voxels recompute. At most [`Self::MOST_STEPS`].
+    /// Of methods that cast rays: samples per ray. More reach farther and cost proportionally more time per
+    /// recomputed voxel; a carver then also makes more voxels recompute. At most [`Self::MOST_STEPS`].
     pub steps: u32,
     /// Distance between samples, millimetres. Longer steps reach farther for the same cost and may
     /// step over structures thinner than themselves. At most [`Self::LONGEST_STEP_MM`].
     pub step_mm: f32,
+    /// Of methods that cast rays: for how many voxels.
+    pub resolution: OcclusionResolution,
+    /// Of methods that cast rays, and of sweeping: where the light comes from.
+    pub sky: Sky,
 }
 
 impl Default for AmbientOcclusion {
     fn default() -> Self {
-        Self { pattern: RayPattern::default(), steps: 20, step_mm: 1.0 }
+        Self {
+            method: OcclusionMethod::default(),
+            pattern: RayPattern::default(),
+            steps: 20,
+            step_mm: 1.0,
+            resolution: OcclusionResolution::default(),
+            sky: Sky::default(),
+        }
+    }
+}
+
+/// For how many voxels occlusion is computed.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum OcclusionResolution {
+    /// For each.
+    #[default]
+    Full,
+    /// For every other along each axis, at the middle of 2x2x2: an eighth of the memory, up to an eighth of
+    /// the rays, and blurred.
+    Half,
+}
+
+impl OcclusionResolution {
+    /// Voxels along each side of what has one occlusion factor.
+    pub(crate) fn stride(self) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Half => 2,
+        }
     }
 }
 
@@ -39,10 +74,29 @@ impl AmbientOcclusion {
     pub(crate) fn clamped(&self) -> Self {
         let step_mm = if self.step_mm.is_finite() { self.step_mm } else { 0.0 };
         Self {
-            pattern: self.pattern,
             steps: self.steps.min(Self::MOST_STEPS),
             step_mm: step_mm.clamp(0.0, Self::LONGEST_STEP_MM),
+            // Only rays leave out voxels.
+            resolution: if self.method.casts_rays() { self.resolution } else { default() },
+            ..self.clone()
         }
+    }
+
+    /// The rays of every voxel, volume space, those that bring no light left out.
+    pub fn rays(&self, geometry: &VolumeGeometry) -> Vec<RayDirection> {
+        let axes = geometry.local_from_voxel.matrix3.inverse();
+        let weighted = self.pattern.directions().into_iter().map(|ray| {
+            // Octants are those of the grid's axes, whose scale does not count.
+            let weight = ray.weight * self.sky.weight(axes * ray.direction);
+            RayDirection { weight, ..ray }
+        });
+        let rays: Vec<_> = weighted.filter(|ray| ray.weight > 0.0).collect();
+        let sum: f64 = rays.iter().map(|ray| ray.weight).sum();
+        if self.sky == Sky::default() || rays.is_empty() {
+            // Of very few rays none may be in the octants chosen.
+            return self.pattern.directions();
+        }
+        rays.into_iter().map(|ray| RayDirection { weight: ray.weight / sum, ..ray }).collect()
     }
 
     /// Distance of the first sample from the voxel centre, mm: one voxel diagonal.
@@ -51,14 +105,17 @@ impl AmbientOcclusion {
     }
 
     /// The farthest distance, mm, at which clipping can change a voxel's occlusion: the farthest
-    /// sample, its trilinear footprint (one voxel diagonal) and the coverage footprint.
+    /// sample, its trilinear footprint (one voxel diagonal) and the coverage footprint. Methods that cast no
+    /// rays recompute everything: it is how far clipping changes opacities.
     pub fn reach_mm(&self, geometry: &VolumeGeometry) -> f64 {
-        let ray = if self.steps == 0 {
+        let ray = if self.steps == 0 || !self.method.casts_rays() {
             0.0
         } else {
             Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
         };
-        ray + geometry.cell_diagonal_mm() + Self::footprint_mm(geometry)
+        // What has one factor begins at the voxel that stands for it: its middle may be farther away.
+        let blocks = f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
+        ray + blocks + geometry.cell_diagonal_mm() + Self::footprint_mm(geometry)
     }
 
     /// Distance, mm, within which lie all points whose clipping decides a voxel's coverage, and all
@@ -99,10 +156,10 @@ pub enum ShadingMode {
     /// Blinn-Phong with a light at the camera; gradients of the clipped opacity.
     Phong,
     /// Contextual ambient occlusion: only what a carver can have changed, and a view reads, is
-    /// recomputed.
+    /// recomputed. Or the occlusion of another [`OcclusionMethod`].
     #[default]
     Cao,
-    /// Blinn-Phong, and its ambient and diffuse parts darkened by contextual ambient occlusion.
+    /// Blinn-Phong, and its ambient and diffuse parts darkened by the same.
     PhongCao,
     /// Local ambient occlusion of every voxel, recomputed every frame: the reference for
     /// [`ShadingMode::Cao`], which gives the same image. It is one dispatch: for large volumes and

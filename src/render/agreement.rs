@@ -37,9 +37,9 @@ fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>
 
 #[test]
 fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 21>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<VolumeUniform, 23>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
-    assert_eq!(rust_layout::<OcclusionPassUniform, 10>(), wgsl_layout(PASS, "OcclusionPass"));
+    assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),

@@ -15,7 +15,7 @@ use bevy::{
 use super::{
     compute_pass::{LIST_HEAD, brick_counts},
     formats::volume_texture,
-    textures::{TextureAndView, usage_of},
+    textures::{TextureAndView, usage_of, usage_of_buffers},
 };
 use crate::{diagnostics::GpuUsage, volume::LookupTable};
 
@@ -98,10 +98,8 @@ impl BrickResources {
     pub fn usage(&self) -> GpuUsage {
         let buffers =
             [&self.ranges, &self.opaque_before, &self.voxel_masks, &self.brick_list, &self.word_list];
-        let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
         let textures = [&self.near_carvers, &self.distances, &self.other_distances];
-        usage_of(textures.map(|texture| &texture.texture))
-            + GpuUsage { buffers: buffers.len() as u32, bytes, ..default() }
+        usage_of(textures.map(|texture| &texture.texture)) + usage_of_buffers(buffers)
     }
 }
 

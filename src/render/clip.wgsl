@@ -78,6 +78,14 @@ fn clip(
 
 // Whether a stale voxel is to be cast although no view asked for it.
 fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
+    let stride = volume.occlusion_stride;
+    if any(voxel % stride != vec3(0u)) {
+        return false;
+    }
+    // Of 2x2x2 voxels others may be shown where this one is not.
+    if stride > 1u {
+        return occlusion_pass.queue != QUEUE_NONE;
+    }
     switch occlusion_pass.queue {
         case QUEUE_NONE: { return false; }
         case QUEUE_ALL: { return true; }

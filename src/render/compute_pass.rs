@@ -4,9 +4,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntry, Buffer,
-            CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
-            IntoBindingArray, PipelineCache,
+            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
+            Buffer, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
+            ComputePipelineDescriptor, IntoBindingArray, PipelineCache,
         },
         renderer::RenderDevice,
     },
@@ -92,8 +92,17 @@ impl ComputePass {
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> BindGroup {
-        let layout = cache.get_bind_group_layout(&self.layout);
-        device.create_bind_group(self.name, &layout, &BindGroupEntries::sequential(resources))
+        self.bind_entries(&BindGroupEntries::sequential(resources), cache, device)
+    }
+
+    /// The same, of entries with their bindings.
+    pub fn bind_entries(
+        &self,
+        entries: &[BindGroupEntry],
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> BindGroup {
+        device.create_bind_group(self.name, &cache.get_bind_group_layout(&self.layout), entries)
     }
 
     /// Runs it once, with all its bind groups.

@@ -71,6 +71,7 @@ pub(crate) fn encode_passes(
         cull.encode(encoder, groups, Groups::Bricks(job.bricks), &cache);
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, step)| {
+        step.forget_pending(encoder);
         let groups = [&job.bricks_group, &step.clip, &job.words];
         clip.encode(encoder, groups, &step.brick_list, &cache);
     });

@@ -25,6 +25,8 @@ struct Window {
 // Drawing may find opacities and places that differ from these by rounding.
 const OPACITY_MARGIN: f32 = 1e-3;
 const PLACE_MARGIN: f32 = 1.0 / 256.0;
+// Of a word of a mask: the voxels at even places along all axes.
+const EVEN_VOXELS: u32 = 0x0505u;
 
 @compute @workgroup_size(8, 8)
 fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -43,7 +45,7 @@ fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
         alpha += (1.0 - alpha) * correct_opacity(slice.sample.a, slice.steps * volume.draw_exponent);
-        let point = slice.p * vec3<f32>(volume.dimensions) - 0.5;
+        let point = slice.p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5;
         let first = vec3<i32>(floor(point - PLACE_MARGIN));
         let last = vec3<i32>(floor(point + PLACE_MARGIN)) + 1;
         if any(first != before) || any(last != first + 1) {
@@ -53,11 +55,14 @@ fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// Puts those voxels of a box that are not up to date on the list, word by word of their mask.
+// Puts those texels of a box of the occlusion texture that are not up to date on the list, word by word of
+// the mask of the voxels that stand for them.
 fn ask_for(first: vec3<i32>, last: vec3<i32>) {
-    let limit = vec3<i32>(volume.dimensions) - 1;
-    let low = vec3<u32>(clamp(first, vec3(0), limit));
-    let high = vec3<u32>(clamp(last, vec3(0), limit));
+    let stride = volume.occlusion_stride;
+    let limit = (vec3<i32>(volume.dimensions) - 1) / i32(stride);
+    let low = stride * vec3<u32>(clamp(first, vec3(0), limit));
+    let high = stride * vec3<u32>(clamp(last, vec3(0), limit));
+    let standing = select(EVEN_VOXELS, 0xffffffffu, stride == 1u);
     let first_block = low / MASK_BLOCK;
     let last_block = high / MASK_BLOCK;
     for (var z = first_block.z; z <= last_block.z; z += 1u) {
@@ -65,7 +70,7 @@ fn ask_for(first: vec3<i32>, last: vec3<i32>) {
             for (var x = first_block.x; x <= last_block.x; x += 1u) {
                 let block = vec3(x, y, z);
                 let word = mask_word(block * MASK_BLOCK);
-                let voxels = mask_of_box(block, low, high);
+                let voxels = mask_of_box(block, low, high) & standing;
                 let valid = &voxel_masks[mask_at(VALID, word)];
                 // Reading is cheap, and almost all have been asked for.
                 let stale = voxels & ~atomicLoad(valid);

@@ -23,6 +23,7 @@ mod extract;
 mod formats;
 mod gpu_volume;
 mod mark;
+mod occlusion_texels;
 mod pass_uniforms;
 mod passes;
 mod peel;
@@ -55,6 +56,7 @@ use crate::{diagnostics::ReportChannel, volume::VolumeBudget};
 
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
+pub(crate) use occlusion_texels::OcclusionTexels;
 pub use volume_store::{VolumeStore, VolumeTexture, VoxelMask};
 
 /// Where, in the render world, what stays on the device is made: whatever binds it comes after.
@@ -82,6 +84,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "occlusion_pass.wgsl");
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "view_ray.wgsl");
+        load_shader_library!(app, "density.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");
         embedded_asset!(app, "count_surfaces.wgsl");
         embedded_asset!(app, "peel.wgsl");

@@ -14,11 +14,16 @@ struct OcclusionPass {
     past_changes: u32,
     // COVERAGE_*
     coverage: u32,
-    rays: u32,
+    // Which rays are cast, of how many samples.
+    first_ray: u32,
+    end_ray: u32,
     steps: u32,
     // 1: rays end when nothing more can change them, and leap over empty bricks.
     ends_early: u32,
     leaps: u32,
+    // Progressive: what share of what was found before counts, and the weight of all that is then found.
+    kept: f32,
+    found_weight: f32,
 }
 
 // Which stale voxels are cast without being asked for by a view: none; those that some point of a

@@ -21,10 +21,13 @@ pub(crate) struct OcclusionPassUniform {
     pub changes: u32,
     pub past_changes: u32,
     pub coverage: u32,
-    pub rays: u32,
+    pub first_ray: u32,
+    pub end_ray: u32,
     pub steps: u32,
     pub ends_early: u32,
     pub leaps: u32,
+    pub kept: f32,
+    pub found_weight: f32,
 }
 
 /// A view of a volume, as `Window` in WGSL.

@@ -5,11 +5,12 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
-            PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureSampleType,
+            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntry, Buffer,
+            BufferDescriptor, BufferUsages, CommandEncoder, IntoBindingArray, PipelineCache,
+            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureSampleType,
             binding_types::{
                 sampler, storage_buffer, storage_buffer_read_only, storage_buffer_read_only_sized,
-                texture_3d, texture_storage_3d, uniform_buffer,
+                storage_buffer_sized, texture_3d, texture_storage_3d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -31,6 +32,8 @@ pub(crate) struct RayCastPasses {
     cast: ComputePass,
     /// Counts its work.
     counting: ComputePass,
+    /// Adds to what was found in the frames before.
+    progressive: ComputePass,
     /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
 }
@@ -42,13 +45,22 @@ pub(crate) struct RayCastJob {
     voxel_masks: Buffer,
     /// First byte and size of the mask of pending voxels.
     pending: (u64, u64),
-    counts: bool,
+    variant: Variant,
+    /// Whether the voxels are to be cast again, by other rays, in the next frame.
+    goes_on: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Variant {
+    Plain,
+    Counting,
+    Progressive,
 }
 
 impl FromWorld for RayCastPasses {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
-        let mut own = BindGroupLayoutEntries::sequential(
+        let own = BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
                 texture_3d(TextureSampleType::Float { filterable: true }),
@@ -62,23 +74,26 @@ impl FromWorld for RayCastPasses {
         )
         .to_vec();
         let shader: Handle<Shader> = load_embedded_asset!(world, "ray_cast.wgsl");
-        let pass = |own: &[_], counts: bool| {
+        let stages = ShaderStages::COMPUTE;
+        let pass = |shader_def: Option<&'static str>, binding: Option<BindGroupLayoutEntry>| {
+            let own: Vec<_> = own.iter().copied().chain(binding).collect();
             let descriptor = PassDescriptor {
                 name: "contextual_ao_ray_cast",
                 shader: shader.clone(),
-                shader_defs: counts.then(|| "COUNT_WORK".into()).into_iter().collect(),
+                shader_defs: shader_def.map(Into::into).into_iter().collect(),
                 before: vec![volume_bindings::bricks_layout()],
-                own,
+                own: &own,
                 zeroes_memory: true,
                 ..default()
             };
             ComputePass::new(world, descriptor)
         };
-        let cast = pass(&own, false);
-        own.push(storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, ShaderStages::COMPUTE));
+        let counters = storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, stages);
+        let found = storage_buffer_sized(false, None).build(8, stages);
         Self {
-            cast,
-            counting: pass(&own, true),
+            cast: pass(None, None),
+            counting: pass(Some("COUNT_WORK"), Some(counters)),
+            progressive: pass(Some("PROGRESSIVE"), Some(found)),
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
                 size: 4 * COUNTERS.len() as u64,
@@ -91,14 +106,17 @@ impl FromWorld for RayCastPasses {
 
 impl RayCastPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.cast.is_ready(cache) && self.counting.is_ready(cache)
+        [&self.cast, &self.counting, &self.progressive].iter().all(|pass| pass.is_ready(cache))
     }
 
+    /// `found` is where what rays find is added up, if they are cast in several frames; then `goes_on` says
+    /// whether there are more of them.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         formats: &Formats,
         counts: bool,
+        goes_on: bool,
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> Option<RayCastJob> {
@@ -108,23 +126,35 @@ impl RayCastPasses {
         let words = bricks.word_list.as_entire_binding();
         let masks = bricks.voxel_masks.as_entire_binding();
         let occlusion = &volume.occlusion.view;
-        let group = if counts {
-            let work = self.work.as_entire_binding();
-            let resources = (opacities, sampler, pass, rays, words, masks, occlusion, work);
-            self.counting.bind(resources, cache, device)
-        } else {
-            self.cast.bind((opacities, sampler, pass, rays, words, masks, occlusion), cache, device)
+        let (variant, own) = match &volume.found {
+            Some(found) => (Variant::Progressive, Some((8, found.as_entire_binding()))),
+            None if counts => (Variant::Counting, Some((7, self.work.as_entire_binding()))),
+            None => (Variant::Plain, None),
         };
+        let shared = (opacities, sampler, pass, rays, words, masks, occlusion).into_array();
+        let shared = (0..).zip(shared).map(|(binding, resource)| BindGroupEntry { binding, resource });
+        let own = own.map(|(binding, resource)| BindGroupEntry { binding, resource });
+        let entries: Vec<_> = shared.chain(own).collect();
+        let group = self.pass(variant).bind_entries(&entries, cache, device);
         Some(RayCastJob {
             group,
             word_list: bricks.word_list.clone(),
             voxel_masks: bricks.voxel_masks.clone(),
             pending: bricks.mask(PENDING),
-            counts,
+            variant,
+            goes_on,
         })
     }
 
-    /// Casts what is pending; nothing is afterwards.
+    fn pass(&self, variant: Variant) -> &ComputePass {
+        match variant {
+            Variant::Plain => &self.cast,
+            Variant::Counting => &self.counting,
+            Variant::Progressive => &self.progressive,
+        }
+    }
+
+    /// Casts what is pending; nothing is afterwards, unless it goes on.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
@@ -132,9 +162,11 @@ impl RayCastPasses {
         job: &RayCastJob,
         cache: &PipelineCache,
     ) {
-        let pass = if job.counts { &self.counting } else { &self.cast };
-        pass.encode(encoder, [volume, &job.group], Groups::Listed(&job.word_list, ListEnd::Front), cache);
-        let (first, size) = job.pending;
-        encoder.clear_buffer(&job.voxel_masks, first, Some(size));
+        let listed = Groups::Listed(&job.word_list, ListEnd::Front);
+        self.pass(job.variant).encode(encoder, [volume, &job.group], listed, cache);
+        if !job.goes_on {
+            let (first, size) = job.pending;
+            encoder.clear_buffer(&job.voxel_masks, first, Some(size));
+        }
     }
 }

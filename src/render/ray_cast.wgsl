@@ -29,6 +29,10 @@
 #else
 @group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
 #endif
+#ifdef PROGRESSIVE
+// Of every voxel: the sum of what its rays found so far, each times its weight.
+@group(1) @binding(8) var<storage, read_write> found: array<f32>;
+#endif
 #ifdef COUNT_WORK
 // Voxels cast, samples taken and distances looked up, each as low and high word.
 @group(1) @binding(7) var<storage, read_write> work: array<atomic<u32>, 6>;
@@ -145,9 +149,11 @@ fn ray_cast(
     if lane < team * count_of_voxels {
         let place = lane % count_of_voxels;
         let voxel = first + voxel_of_bit(voxels[place]);
-        let center = (vec3<f32>(voxel) + 0.5) / vec3<f32>(volume.dimensions);
+        let middle = vec3<f32>(voxel) + 0.5 * f32(volume.occlusion_stride);
+        let center = middle / vec3<f32>(volume.dimensions);
         var sum = 0u;
-        for (var ray = lane / count_of_voxels; ray < occlusion_pass.rays; ray += team) {
+        let first_ray = occlusion_pass.first_ray + lane / count_of_voxels;
+        for (var ray = first_ray; ray < occlusion_pass.end_ray; ray += team) {
             let start = rays[2u * ray];
             let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
             sum += u32(factor / FACTOR_UNIT + 0.5);
@@ -157,8 +163,14 @@ fn ray_cast(
     workgroupBarrier();
     if lane < count_of_voxels {
         let voxel = first + voxel_of_bit(voxels[lane]);
-        let ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
-        textureStore(occlusion, voxel, vec4(ambient, 0.0, 0.0, 0.0));
+        var ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
+#ifdef PROGRESSIVE
+        let index = (voxel.z * volume.dimensions.y + voxel.y) * volume.dimensions.x + voxel.x;
+        ambient += occlusion_pass.kept * found[index];
+        found[index] = ambient;
+        ambient /= occlusion_pass.found_weight;
+#endif
+        textureStore(occlusion, voxel / volume.occlusion_stride, vec4(ambient, 0.0, 0.0, 0.0));
     }
 #ifdef COUNT_WORK
     if lane == 0u {

@@ -4,7 +4,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+            Buffer, Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
             TextureView, TextureViewDescriptor, TextureViewDimension,
         },
         renderer::RenderDevice,
@@ -72,6 +72,13 @@ fn square(
         usage: written_as | TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     }
+}
+
+/// Number and bytes of some buffers.
+pub(crate) fn usage_of_buffers<'a>(buffers: impl IntoIterator<Item = &'a Buffer>) -> GpuUsage {
+    buffers.into_iter().fold(default(), |sum: GpuUsage, buffer| {
+        sum + GpuUsage { buffers: 1, bytes: buffer.size(), ..default() }
+    })
 }
 
 /// Number and bytes of some textures.

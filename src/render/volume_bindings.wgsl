@@ -40,6 +40,9 @@ struct VolumeUniform {
     draw_leaps: u32,
     // Intensities as the texture gives them: all below and all above are transparent.
     visible_intensities: vec2<f32>,
+    // Texture coordinates → those of the occlusion texture; voxels along each side of what has one factor.
+    occlusion_from_texture: vec3<f32>,
+    occlusion_stride: u32,
 }
 
 struct Carver {

@@ -23,6 +23,13 @@ impl Contents {
     }
 }
 
+/// How far rays are that are cast in several frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RayProgress {
+    pub rays: u32,
+    pub weight: f32,
+}
+
 /// What is on the device for a volume.
 #[derive(Default)]
 pub(crate) struct VolumeState {
@@ -34,6 +41,10 @@ pub(crate) struct VolumeState {
     pub has_ranges: bool,
     /// What opacities, and occlusion where it is valid, are of; `None` before the first.
     pub contents: Option<Contents>,
+    /// Which rays have been cast since the last change, and the weight of all that was found.
+    pub progress: RayProgress,
+    /// Whether a method that computes all voxels has done so since the last change.
+    pub is_computed: bool,
     /// What was cast without being asked for.
     pub queue: Queue,
     /// Views for which all occlusion that they read is valid.

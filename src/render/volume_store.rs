@@ -6,8 +6,8 @@ use bevy::{
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            Buffer, Extent3d, StorageBuffer, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
+            Buffer, BufferDescriptor, BufferUsages, Extent3d, StorageBuffer, Texture, TextureDescriptor,
+            TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -22,13 +22,15 @@ use super::{
     extract::{ExtractedScene, ExtractedVolume},
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
+    occlusion_texels::OcclusionTexels,
     pass_uniforms::OcclusionPassUniform,
-    textures::{TextureAndView, usage_of},
+    textures::{TextureAndView, usage_of, usage_of_buffers},
     volume_state::VolumeState,
     volume_uniform::{VolumeUniform, ray_table},
 };
 use crate::{
     diagnostics::GpuUsage,
+    occlusion::OcclusionMethod,
     volume::{LookupTable, Volume},
 };
 
@@ -43,7 +45,10 @@ pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
 pub enum VolumeTexture {
     /// Opacity after clipping, of one occlusion step.
     Opacities,
-    /// Occlusion as drawn, 1 where unoccluded; only where [`VoxelMask::Valid`] holds.
+    /// Occlusion as drawn, 1 where unoccluded. By rays: only where [`VoxelMask::Valid`] holds, and a texel for
+    /// 2x2x2 voxels at half resolution. By other methods: of all voxels; with a geometry term in sweeping, four
+    /// octants in four channels and the others behind them along z; with modulation in filtering, the share of
+    /// the opacity that is drawn in the second channel.
     Occlusion,
 }
 
@@ -76,6 +81,8 @@ pub(crate) struct VolumeResources {
     pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub rays: StorageBuffer<Vec<Vec4>>,
     pub bricks: BrickResources,
+    /// Of methods that cast some rays in every frame: what they found so far, a number a voxel.
+    pub found: Option<Buffer>,
     pub state: VolumeState,
 }
 
@@ -84,11 +91,16 @@ pub(crate) struct VolumeResources {
 struct VolumeIdentity {
     asset: AssetId<Volume>,
     revision: u32,
+    texels: OcclusionTexels,
 }
 
 impl VolumeIdentity {
     fn of(volume: &ExtractedVolume) -> Self {
-        Self { asset: volume.asset, revision: volume.table.volume_revision }
+        Self {
+            asset: volume.asset,
+            revision: volume.table.volume_revision,
+            texels: OcclusionTexels::of(&volume.occlusion),
+        }
     }
 }
 
@@ -123,14 +135,17 @@ impl VolumeStore {
         self.0.retain(|entity, _| alive.contains(entity));
         for volume in &scene.volumes {
             let identity = VolumeIdentity::of(volume);
-            if self.0.get(&volume.entity).is_some_and(|resources| resources.identity == identity) {
+            let resources = self.0.get_mut(&volume.entity);
+            if let Some(resources) = resources.filter(|resources| resources.identity == identity) {
+                resources.keep_for_method(volume, device);
                 continue;
             }
             self.0.remove(&volume.entity);
             let gpu_volume = volumes.get(volume.asset);
             if let Some(gpu_volume) = gpu_volume.filter(|gpu| gpu.dimensions() == volume.geometry.dimensions)
             {
-                let resources = VolumeResources::new(identity, volume, gpu_volume, formats, device);
+                let mut resources = VolumeResources::new(identity, volume, gpu_volume, formats, device);
+                resources.keep_for_method(volume, device);
                 self.0.insert(volume.entity, resources);
             }
         }
@@ -150,11 +165,11 @@ impl VolumeResources {
         formats: &Formats,
         device: &RenderDevice,
     ) -> Self {
-        let scalar = |label| {
-            let usage = TextureUsages::STORAGE_BINDING;
-            let descriptor = volume_texture(label, volume.geometry.dimensions, formats.scalar, usage);
+        let written = |label, (size, format)| {
+            let descriptor = volume_texture(label, size, format, TextureUsages::STORAGE_BINDING);
             TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
         };
+        let dimensions = volume.geometry.dimensions;
         Self {
             identity,
             intensities: gpu_volume.view.clone(),
@@ -174,15 +189,31 @@ impl VolumeResources {
                 },
                 TextureViewDimension::D2,
             ),
-            opacities: scalar("contextual_ao_opacities"),
-            occlusion: scalar("contextual_ao_occlusion"),
+            opacities: written("contextual_ao_opacities", (dimensions, formats.scalar)),
+            occlusion: written("contextual_ao_occlusion", identity.texels.texture(dimensions, formats)),
             uniform: default(),
             carvers: default(),
             pass: default(),
             changes: default(),
             rays: default(),
-            bricks: BrickResources::new(volume.geometry.dimensions, device),
+            bricks: BrickResources::new(dimensions, device),
+            found: None,
             state: default(),
+        }
+    }
+
+    /// Makes what the volume's occlusion method needs for itself, and frees what others had.
+    fn keep_for_method(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
+        let is_progressive = matches!(volume.occlusion.method, OcclusionMethod::Progressive(_));
+        if is_progressive != self.found.is_some() {
+            let size = 4 * u64::from(volume.geometry.dimensions.element_product());
+            let descriptor = BufferDescriptor {
+                label: Some("contextual_ao_found"),
+                size,
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            };
+            self.found = is_progressive.then(|| device.create_buffer(&descriptor));
         }
     }
 
@@ -223,6 +254,7 @@ impl VolumeResources {
             &self.opacities.texture,
             &self.occlusion.texture,
         ]) + self.bricks.usage()
+            + usage_of_buffers(&self.found)
     }
 }
 

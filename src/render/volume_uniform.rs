@@ -8,7 +8,7 @@ use bevy::{
 
 use super::extract::ExtractedVolume;
 use crate::{
-    occlusion::{AmbientOcclusion, Shortcuts},
+    occlusion::{AmbientOcclusion, OcclusionMethod, Shortcuts},
     volume::LookupTable,
 };
 
@@ -36,6 +36,8 @@ pub(crate) struct VolumeUniform {
     tests_all_carvers: u32,
     draw_leaps: u32,
     visible_intensities: Vec2,
+    occlusion_from_texture: Vec3,
+    occlusion_stride: u32,
 }
 
 impl VolumeUniform {
@@ -56,6 +58,9 @@ impl VolumeUniform {
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
+        let stride = volume.occlusion.resolution.stride();
+        // What blocks at the far edges have beyond the grid is counted.
+        let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
             texture_from_local: DMat4::from(texture_from_voxel * geometry.local_from_voxel.inverse())
                 .as_mat4(),
@@ -80,6 +85,8 @@ impl VolumeUniform {
             tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
             visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),
+            occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
+            occlusion_stride: stride,
         }
     }
 }
@@ -110,18 +117,19 @@ fn bits_of(carvers: usize) -> u32 {
 }
 
 /// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
-/// the first sample and the weight, then the step between samples.
+/// the first sample and the weight, then the step between samples. If they are cast one after the other, in
+/// an order in which the first ones go in all directions.
 pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
     let geometry = &volume.geometry;
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
     let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
     let step = volume.occlusion.step_mm.max(0.0) as f64;
     let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
-    volume
-        .occlusion
-        .pattern
-        .directions()
-        .into_iter()
+    let mut rays = volume.occlusion.rays(geometry);
+    if let OcclusionMethod::Progressive(_) = volume.occlusion.method {
+        rays = spread(rays);
+    }
+    rays.into_iter()
         .flat_map(|ray| {
             [
                 to_texture(ray.direction * start).extend(ray.weight as f32),
@@ -129,6 +137,20 @@ pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
             ]
         })
         .collect()
+}
+
+/// Puts neighbours in a list far from each other: a golden section of it lies between them, or about that, so
+/// that each comes once.
+fn spread<T: Copy>(list: Vec<T>) -> Vec<T> {
+    let count = list.len();
+    let golden = (0.618 * count as f64).round() as usize;
+    let stride = (golden..).find(|&stride| greatest_divisor(stride, count) == 1).unwrap_or(1);
+    (0..count).map(|k| list[k * stride % count]).collect()
+}
+
+/// The greatest common divisor.
+fn greatest_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
 #[cfg(test)]
@@ -142,6 +164,16 @@ mod tests {
         let stored = intensity * largest_stored;
         let is_whole = (stored - stored.round()).abs() < 1e-3 + 3e-7 * stored;
         (if is_whole { stored.round() } else { stored } - first) * density
+    }
+
+    #[test]
+    fn spreading_keeps_everything() {
+        for count in 0..60 {
+            let mut spread = spread((0..count).collect());
+            spread.sort_unstable();
+            assert_eq!(spread, (0..count).collect::<Vec<_>>());
+        }
+        assert_eq!(spread(vec![0, 1, 2, 3, 4]), [0, 3, 1, 4, 2]);
     }
 
     #[test]

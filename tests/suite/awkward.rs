@@ -125,7 +125,7 @@ fn settings_out_of_range_are_brought_into_it() {
     scene.settle();
     let volume = scene.volume;
     for (steps, step_mm) in [(2, f32::NAN), (2, -3.0), (2, f32::INFINITY), (0, 1.0)] {
-        let settings = AmbientOcclusion { pattern: RayPattern::Fibonacci(0), steps, step_mm };
+        let settings = AmbientOcclusion { pattern: RayPattern::Fibonacci(0), steps, step_mm, ..default() };
         scene.world().entity_mut(volume).insert(settings);
         scene.settle();
     }

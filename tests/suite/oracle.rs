@@ -122,14 +122,15 @@ fn lao_is_as_defined_for_all_patterns() {
         RayPattern::Fibonacci(17),
     ];
     for pattern in patterns {
-        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: 1.0 };
+        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: 1.0, ..default() };
         check(UVec3::new(15, 13, 10), DVec3::ONE, opaque_ramp(), occlusion);
     }
 }
 
 #[test]
 fn lao_is_as_defined_for_anisotropic_spacing_and_long_steps() {
-    let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: 1.7 };
+    let occlusion =
+        AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: 1.7, ..default() };
     check(UVec3::new(18, 11, 7), DVec3::new(0.7, 1.1, 2.5), translucent_ramp(), occlusion);
 }
 
@@ -139,7 +140,7 @@ fn lao_is_as_defined_for_512_rays_no_steps_and_one_ray() {
     for (pattern, steps) in
         [(RayPattern::Sphere512, 5), (RayPattern::Fibonacci(3), 0), (RayPattern::Fibonacci(1), 4)]
     {
-        let occlusion = AmbientOcclusion { pattern, steps, step_mm: 1.0 };
+        let occlusion = AmbientOcclusion { pattern, steps, step_mm: 1.0, ..default() };
         check(size, DVec3::ONE, translucent_ramp(), occlusion);
     }
 }

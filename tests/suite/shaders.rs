@@ -15,7 +15,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 12] = sources![
+const LIBRARIES: [(&str, &str); 13] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -28,6 +28,7 @@ const LIBRARIES: [(&str, &str); 12] = sources![
     "coverage.wgsl",
     "emptiness.wgsl",
     "view_ray.wgsl",
+    "density.wgsl",
 ];
 
 const ENTRIES: [(&str, &str); 11] = sources![
@@ -52,7 +53,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "dilate.wgsl" => &["REDUCE"],
         "clip.wgsl" => &["STORE_R8"],
         "distances.wgsl" => &["OCCUPY"],
-        "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK"],
+        "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
         _ => &[],
     }
 }

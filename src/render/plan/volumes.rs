@@ -4,7 +4,9 @@ use bevy::{
     ecs::system::SystemParam,
     prelude::*,
     render::{
-        render_resource::{BindGroup, Buffer, ShaderType, UniformBuffer, encase::internal::WriteInto},
+        render_resource::{
+            BindGroup, Buffer, CommandEncoder, ShaderType, UniformBuffer, encase::internal::WriteInto,
+        },
         renderer::{RenderDevice, RenderQueue},
     },
 };
@@ -13,7 +15,7 @@ use super::{FramePlan, views::Views, work::Work};
 use crate::{
     diagnostics::ReportChannel,
     render::{
-        brick_resources::{BrickResources, work_group},
+        brick_resources::{BrickResources, PENDING, work_group},
         carver_uniform::{CarverTable, CarverUniform},
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
@@ -50,6 +52,9 @@ pub(crate) struct VolumeJob {
 
 /// Finds what changed and clips it.
 pub(crate) struct ClipJob {
+    voxel_masks: Buffer,
+    /// First byte and size of the mask of pending voxels.
+    pending: (u64, u64),
     pub cull: BindGroup,
     /// The list that it fills.
     pub listed: BindGroup,
@@ -149,6 +154,14 @@ fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
     is_new
 }
 
+impl ClipJob {
+    /// Forgets voxels whose rays were to go on being cast: the list begins anew.
+    pub fn forget_pending(&self, encoder: &mut CommandEncoder) {
+        let (first, size) = self.pending;
+        encoder.clear_buffer(&self.voxel_masks, first, Some(size));
+    }
+}
+
 impl Work {
     /// Writes what the passes read and makes their bind groups.
     fn bind(
@@ -162,7 +175,10 @@ impl Work {
         let cache = &*passes.cache;
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
-        BrickResources::empty(&volume.bricks.word_list, queue);
+        // What goes on casting goes on with the same list.
+        if self.changes.is_some() || volume.found.is_none() {
+            BrickResources::empty(&volume.bricks.word_list, queue);
+        }
         let clip_job = match self.changes {
             Some(mut changes) => {
                 BrickResources::empty(&volume.bricks.brick_list, queue);
@@ -171,6 +187,8 @@ impl Work {
                 volume.changes.set(changes);
                 volume.changes.write_buffer(device, queue);
                 Some(ClipJob {
+                    voxel_masks: volume.bricks.voxel_masks.clone(),
+                    pending: volume.bricks.mask(PENDING),
                     cull: passes.cull.bind_volume(volume, cache, device)?,
                     listed: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
                     clip: passes.clip.bind_volume(volume, cache, device)?,
@@ -192,7 +210,7 @@ impl Work {
             marks: marks.filter_map(|window| passes.mark.bind_window(window, cache, device, queue)).collect(),
             words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
             cast: if self.casts {
-                passes.ray_cast.bind_volume(volume, formats, counts, cache, device)
+                passes.ray_cast.bind_volume(volume, formats, counts, self.goes_on, cache, device)
             } else {
                 None
             },

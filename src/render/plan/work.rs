@@ -4,12 +4,12 @@ use bevy::prelude::*;
 
 use super::{changes::Changes, views::VolumeView};
 use crate::{
-    occlusion::Shortcuts,
+    occlusion::{OcclusionMethod, Shortcuts},
     render::{
         carver_uniform::CarverUniform,
         extract::ExtractedVolume,
         pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
-        volume_state::Contents,
+        volume_state::{Contents, RayProgress},
         volume_store::VolumeResources,
     },
 };
@@ -22,12 +22,16 @@ pub(super) struct Work {
     /// Views to be followed.
     pub windows: Vec<WindowUniform>,
     pub casts: bool,
+    /// Whether more rays of the same voxels are to be cast in the next frame.
+    pub goes_on: bool,
+    /// Whether a method that computes all voxels has to.
+    pub computes_all: bool,
     pub pass: OcclusionPassUniform,
 }
 
 impl Work {
     pub fn is_some(&self) -> bool {
-        self.finds_ranges || self.changes.is_some() || self.casts
+        self.finds_ranges || self.changes.is_some() || self.casts || self.computes_all
     }
 }
 
@@ -46,9 +50,18 @@ impl VolumeResources {
     ) -> Work {
         let state = &mut self.state;
         let mode = volume.shading.mode;
-        let queue = if mode.recomputes_all() {
+        let method = volume.occlusion.method;
+        let progressive = match method {
+            OcclusionMethod::Progressive(settings) if mode.uses_occlusion() && !mode.recomputes_all() => {
+                Some(settings)
+            }
+            _ => None,
+        };
+        let queue = if !mode.uses_occlusion() || !method.casts_rays() {
+            Queue::None
+        } else if mode.recomputes_all() {
             Queue::All
-        } else if !mode.uses_occlusion() || shortcuts.demand {
+        } else if shortcuts.demand && progressive.is_none() {
             Queue::None
         } else if shortcuts.sampleable {
             Queue::Sampleable
@@ -59,7 +72,15 @@ impl VolumeResources {
         let changes = if mode.recomputes_all() || queues_more {
             Changes::All
         } else {
-            Changes::between(state.contents.as_ref(), &contents)
+            match Changes::between(state.contents.as_ref(), &contents) {
+                // All rays begin anew.
+                Changes::Carvers { past, present }
+                    if progressive.is_some() && past.len() + present.len() > 0 =>
+                {
+                    Changes::All
+                }
+                changes => changes,
+            }
         };
         let is_all_stale = changes == Changes::All;
         let all_carvers = || contents.carvers.iter().map(|(carver, _)| *carver);
@@ -73,7 +94,7 @@ impl VolumeResources {
             _ if !shortcuts.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
             _ => (None, 0),
         };
-        let follows_views = mode.uses_occlusion() && queue == Queue::None;
+        let follows_views = mode.uses_occlusion() && method.casts_rays() && queue == Queue::None;
         // What a view reads that it has read before can differ only where one of the changes shows.
         let few = changes.as_ref().filter(|_| shortcuts.outlines && !is_all_stale);
         let outlines = few.and_then(|changes| outlines(changes, volume));
@@ -85,6 +106,28 @@ impl VolumeResources {
             }
         };
         let unmarked: Vec<_> = windows.iter().filter(|_| follows_views).filter_map(unread).collect();
+        let rays = self.rays.get();
+        let all_rays = rays.len() as u32 / 2;
+        // Which rays are cast, and what part of the weight of those before counts.
+        let (cast, kept) = match progressive {
+            Some(settings) if is_all_stale => {
+                let kept = settings.kept_on_change;
+                let kept = if kept.is_finite() { kept.clamp(0.0, 0.99) } else { 0.0 };
+                (0..settings.rays_per_frame.clamp(1, all_rays), kept)
+            }
+            Some(settings) => {
+                let end = state.progress.rays.saturating_add(settings.rays_per_frame.max(1));
+                (state.progress.rays..end.min(all_rays), 1.0)
+            }
+            None => (0..all_rays, 0.0),
+        };
+        let cast_weight: f32 = cast.clone().map(|ray| rays[2 * ray as usize].w).sum();
+        let found_weight = state.progress.weight * kept + cast_weight;
+        let continues = progressive.is_some() && queue != Queue::None && !cast.is_empty();
+        let computes_all = mode.uses_occlusion()
+            && !method.casts_rays()
+            && method.is_of_voxels()
+            && (changes.is_some() || !state.is_computed);
         let pass = OcclusionPassUniform {
             lists_all: (is_all_stale || !shortcuts.lists).into(),
             is_all_stale: is_all_stale.into(),
@@ -92,19 +135,26 @@ impl VolumeResources {
             changes: changes.as_ref().map_or(0, |changes| changes.len() as u32),
             past_changes: past as u32,
             coverage: contents.coverage as u32,
-            rays: volume.occlusion.pattern.rays(),
+            first_ray: cast.start,
+            end_ray: cast.end,
             steps: volume.occlusion.steps,
             ends_early: shortcuts.early_end.into(),
             leaps: shortcuts.leaps.into(),
+            kept,
+            found_weight,
         };
         let work = Work {
             finds_ranges: !state.has_ranges,
-            casts: !unmarked.is_empty() || changes.is_some() && queue != Queue::None,
+            casts: !unmarked.is_empty() || changes.is_some() && queue != Queue::None || continues,
+            goes_on: continues && cast.end < all_rays,
+            computes_all,
             changes,
             windows: unmarked,
             pass,
         };
         state.has_ranges = true;
+        state.is_computed = computes_all || state.is_computed && work.changes.is_none();
+        state.progress = RayProgress { rays: cast.end, weight: found_weight };
         state.contents = Some(contents);
         state.queue = queue;
         let marked = windows.into_iter().filter(|_| follows_views).map(|window| window.uniform);

@@ -1,0 +1,35 @@
+//! The settings of direct occlusion shading (Schott et al.: A Directional Occlusion Shading Model for
+//! Interactive Direct Volume Rendering, 2009).
+
+use bevy::prelude::*;
+
+/// Each view sweeps through the volume, slice by slice away from the viewer, and blurs what light is left from
+/// slice to slice: light from a cone around the viewer. Nothing is precomputed; every frame costs the same,
+/// whether anything changed or not. Occlusion depends on where the viewer stands.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct DirectOcclusion {
+    /// Angle between the cone's axis and its side, degrees, above 0 and below 90. Wider ones let more distant
+    /// structures occlude and need more samples.
+    pub aperture_degrees: f32,
+    /// Samples along each side of the grid over the cone's base, at most [`Self::MOST_SAMPLES`]; their number
+    /// grows with the square. Fewer show as a pattern.
+    pub samples: u32,
+    /// Distance between slices, in units of the smallest voxel spacing. Smaller ones cost proportionally more
+    /// time.
+    pub slice_voxels: f32,
+    /// Whether samples are attenuated along their own way through a slice (the paper's algorithm 2) instead
+    /// of along its thickness (algorithm 3): slower, hardly different.
+    pub exact_distance: bool,
+}
+
+impl DirectOcclusion {
+    /// The most samples along each side of the grid.
+    pub const MOST_SAMPLES: u32 = 16;
+}
+
+impl Default for DirectOcclusion {
+    fn default() -> Self {
+        Self { aperture_degrees: 70.0, samples: 3, slice_voxels: 1.0, exact_distance: false }
+    }
+}

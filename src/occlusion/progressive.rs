@@ -1,0 +1,21 @@
+//! The settings of progressive local ambient occlusion (Hernell et al. 2007, as described in the CAO paper).
+
+use bevy::prelude::*;
+
+/// Local ambient occlusion, some of its rays in every frame. After a change all rays of the pattern have been
+/// cast when as many frames have passed as it takes; until then what is shown is noisy, or old.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct ProgressiveRays {
+    /// Rays of every voxel in a frame. More cost proportionally more time and lag fewer frames.
+    pub rays_per_frame: u32,
+    /// How much of what was found before counts after a change, 0 to 1. 0 starts anew, which flickers; more is
+    /// steadier and keeps the ghost of what was there for longer.
+    pub kept_on_change: f32,
+}
+
+impl Default for ProgressiveRays {
+    fn default() -> Self {
+        Self { rays_per_frame: 1, kept_on_change: 0.0 }
+    }
+}

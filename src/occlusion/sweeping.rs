@@ -1,0 +1,57 @@
+//! The settings of fast occlusion sweeping (Singh, Yuksel, House: Fast Occlusion Sweeping, 2009).
+
+use bevy::prelude::*;
+
+/// Light that enters the grid on all sides and goes on from voxel to voxel, in eight diagonal sweeps, one for
+/// each octant of directions; [`Sky`](super::Sky) chooses among them. The whole volume occludes, however far
+/// away. Every change sweeps the whole volume.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct OcclusionSweeping {
+    /// What stops the light.
+    pub surface: SweepingSurface,
+    /// How surfaces turned away from an octant are lit by it.
+    pub geometry_term: GeometryTerm,
+    /// The paper's alpha of translucency (equation 8), 0 to 1: less lets more light through.
+    pub opacity: f32,
+    /// What is found is raised to 1 / gamma. Above 1 brightens, for the light that is reflected; the paper's
+    /// pictures have 2.
+    pub gamma: f32,
+}
+
+impl Default for OcclusionSweeping {
+    fn default() -> Self {
+        Self {
+            surface: SweepingSurface::default(),
+            geometry_term: GeometryTerm::default(),
+            opacity: 1.0,
+            gamma: 2.0,
+        }
+    }
+}
+
+/// What stops light that sweeps through a volume.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum SweepingSurface {
+    /// The opacity of every voxel, whatever is seen of it.
+    #[default]
+    Opacity,
+    /// The surface at an intensity, in the file's units, as in the paper: by a signed distance field, found in
+    /// the same sweeps (equations 1 and 7).
+    Isovalue(f32),
+}
+
+/// How the light of an octant depends on the surface's normal.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum GeometryTerm {
+    /// Not at all: the octants' mean, a byte a voxel. Edges are somewhat brighter.
+    #[default]
+    None,
+    /// By the cosine, integrated over the octant (equation 5), at every sample that is drawn: eight bytes a
+    /// voxel, and gradients for every sample.
+    Cosine,
+    /// The same on both sides of a surface (section 4.2), for translucency.
+    BothSides,
+}

@@ -1,0 +1,24 @@
+// How dense a voxel is after clipping, for the methods that compute the occlusion of all voxels: they bind
+// the opacities first, and what the passes over a volume read as `occlusion_pass` does.
+
+#define_import_path bevy_contextual_ao::density
+
+#import bevy_contextual_ao::{
+    brick_bindings::carvers_near_brick,
+    coverage::clip_voxel,
+    volume_bindings::intensities,
+}
+
+@group(1) @binding(0) var opacities: texture_3d<f32>;
+
+// Opacity, of one occlusion step.
+fn clipped_opacity(voxel: vec3<u32>) -> f32 {
+    return textureLoad(opacities, voxel, 0).r;
+}
+
+// Intensity as the texture gives it, as far as it is not clipped; `lowest` where it is.
+fn clipped_intensity(voxel: vec3<u32>, lowest: f32) -> f32 {
+    let near = carvers_near_brick(voxel / 4u);
+    let coverage = clip_voxel(vec3<f32>(voxel), near, true).coverage;
+    return mix(lowest, textureLoad(intensities, voxel, 0).r, coverage);
+}

@@ -1,0 +1,58 @@
+//! What the texels of a volume's occlusion texture hold: what computes them and what draws them agree by this.
+
+use bevy::{prelude::*, render::render_resource::TextureFormat};
+
+use super::formats::Formats;
+use crate::occlusion::{
+    AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionResolution, OpacityModulation,
+};
+
+/// Kinds of texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) enum OcclusionTexels {
+    /// The factor of a voxel.
+    #[default]
+    Factors,
+    /// The factor of 2x2x2 voxels.
+    HalfFactors,
+    /// The factor of a voxel and the share of its opacity that is drawn.
+    Modulated,
+    /// How much light each octant of directions brings to a voxel: four in a texel, the other four as many
+    /// texels farther along z as there are voxels.
+    Octants,
+}
+
+impl OcclusionTexels {
+    /// What a volume's settings call for.
+    pub fn of(occlusion: &AmbientOcclusion) -> Self {
+        match occlusion.method {
+            OcclusionMethod::Sweeping(sweeping) if sweeping.geometry_term != GeometryTerm::None => {
+                Self::Octants
+            }
+            OcclusionMethod::Filtering(filtering) if filtering.modulation != OpacityModulation::None => {
+                Self::Modulated
+            }
+            _ if occlusion.clamped().resolution == OcclusionResolution::Half => Self::HalfFactors,
+            _ => Self::Factors,
+        }
+    }
+
+    /// Number and format of the texels for a volume of so many voxels.
+    pub fn texture(self, voxels: UVec3, formats: &Formats) -> (UVec3, TextureFormat) {
+        match self {
+            Self::Factors => (voxels, formats.scalar),
+            Self::HalfFactors => ((voxels + 1) / 2, formats.scalar),
+            Self::Modulated => (voxels, TextureFormat::Rgba8Unorm),
+            Self::Octants => (voxels * UVec3::new(1, 1, 2), TextureFormat::Rgba8Unorm),
+        }
+    }
+
+    /// What the material is compiled with.
+    pub fn shader_def(self) -> Option<&'static str> {
+        match self {
+            Self::Factors | Self::HalfFactors => None,
+            Self::Modulated => Some("MODULATED"),
+            Self::Octants => Some("OCTANTS"),
+        }
+    }
+}
