@@ -156,7 +156,7 @@ impl TestScene {
         self.headless.until_ready(self.volume).expect("the volume can be shown");
     }
 
-    /// Occlusion of the voxels of which it is up to date and can be read.
+    /// Occlusion of the voxels of which it is up to date and can be read; not at half resolution.
     pub fn occlusion(&self) -> Vec<Option<u8>> {
         let masks = [VoxelMask::Valid, VoxelMask::Hidden].map(|mask| self.headless.mask(self.volume, mask));
         let values = self.headless.voxels(self.volume, VolumeTexture::Occlusion).into_iter().enumerate();

@@ -49,6 +49,14 @@ impl OcclusionMethod {
         }
     }
 
+    /// These settings within what can be computed, and equal to themselves.
+    pub(crate) fn clamped(self) -> Self {
+        match self {
+            Self::Progressive(settings) => Self::Progressive(settings.clamped()),
+            other => other,
+        }
+    }
+
     /// Whether rays are cast around voxels.
     pub(crate) fn casts_rays(&self) -> bool {
         matches!(self, Self::Rays | Self::Progressive(_))

@@ -7,11 +7,19 @@ use bevy::prelude::*;
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ProgressiveRays {
-    /// Rays of every voxel in a frame. More cost proportionally more time and lag fewer frames.
+    /// Rays of every voxel in a frame, at least 1. More cost proportionally more time and lag fewer frames.
     pub rays_per_frame: u32,
     /// How much of what was found before counts after a change, 0 to 1. 0 starts anew, which flickers; more is
-    /// steadier and keeps the ghost of what was there for longer.
+    /// steadier and keeps the ghost of what was there for longer. At most 0.99.
     pub kept_on_change: f32,
+}
+
+impl ProgressiveRays {
+    /// These settings within what can be computed.
+    pub(super) fn clamped(self) -> Self {
+        let kept = if self.kept_on_change.is_finite() { self.kept_on_change } else { 0.0 };
+        Self { rays_per_frame: self.rays_per_frame.max(1), kept_on_change: kept.clamp(0.0, 0.99) }
+    }
 }
 
 impl Default for ProgressiveRays {

@@ -74,6 +74,8 @@ impl AmbientOcclusion {
     pub(crate) fn clamped(&self) -> Self {
         let step_mm = if self.step_mm.is_finite() { self.step_mm } else { 0.0 };
         Self {
+            method: self.method.clamped(),
+            sky: Sky(self.sky.normalized()),
             steps: self.steps.min(Self::MOST_STEPS),
             step_mm: step_mm.clamp(0.0, Self::LONGEST_STEP_MM),
             // Only rays leave out voxels.
@@ -113,18 +115,18 @@ impl AmbientOcclusion {
         } else {
             Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
         };
-        // What has one factor begins at the voxel that stands for it: its middle may be farther away.
-        let blocks = f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
-        ray + blocks + geometry.cell_diagonal_mm() + Self::footprint_mm(geometry)
+        ray + geometry.cell_diagonal_mm() + self.footprint_mm(geometry)
     }
 
     /// Distance, mm, within which lie all points whose clipping decides a voxel's coverage, and all
     /// that read the voxel: 1.025 voxel diagonals for the published points (supplementary notes to
     /// the paper's algorithm 2); the lines reach 1.095 voxels in two directions and 1 in the third,
-    /// whichever way the clip camera looks.
-    pub fn footprint_mm(geometry: &VolumeGeometry) -> f64 {
+    /// whichever way the clip camera looks. Where 2x2x2 voxels have one factor, points two voxels from their
+    /// middle read it, which is half a voxel from the one that stands for them.
+    pub fn footprint_mm(&self, geometry: &VolumeGeometry) -> f64 {
         let lines = DVec3::new(1.095, 1.095, 1.0).length() * geometry.longest_stretch_mm();
-        lines.max(1.025 * geometry.cell_diagonal_mm())
+        let blocks = 1.5 * f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
+        lines.max(1.025 * geometry.cell_diagonal_mm()) + blocks
     }
 }
 

@@ -63,7 +63,7 @@ impl ExtractedVolume {
         let stretch = longest_stretch(self.world_from_local.matrix3.as_dmat3()) as f32 * 1.001;
         Influence {
             reach_world: self.occlusion.reach_mm(&self.geometry) as f32 * stretch,
-            footprint_world: AmbientOcclusion::footprint_mm(&self.geometry) as f32 * stretch,
+            footprint_world: self.occlusion.footprint_mm(&self.geometry) as f32 * stretch,
         }
     }
 }

@@ -81,7 +81,7 @@ impl VolumeUniform {
             // Half a brick's diagonal, which four cells have; rounding must not make it too short.
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
-            footprint_mm: AmbientOcclusion::footprint_mm(geometry) as f32,
+            footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
             tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
             visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),

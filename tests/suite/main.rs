@@ -21,6 +21,7 @@ mod independence;
 mod lifecycle;
 mod oracle;
 mod properties;
+mod ray_methods;
 mod readers;
 mod shaders;
 mod shortcuts;

@@ -6,6 +6,7 @@ use bevy::{
 };
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::VolumeGeometry};
 
+use crate::headless::voxel_at;
 use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
 
 /// Opacity per voxel as the renderer stores it, zero-padded trilinear in between.
@@ -44,7 +45,7 @@ impl Oracle {
         let voxel_from_local = DMat4::from(self.geometry.local_from_voxel).inverse();
         let start = self.geometry.spacing_mm.length();
         let steps = occlusion.steps;
-        let rays = occlusion.pattern.directions();
+        let rays = occlusion.rays(&self.geometry);
         rays.iter()
             .map(|ray| {
                 let direction = voxel_from_local.transform_vector3(ray.direction);
@@ -86,18 +87,16 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
     let oracle =
         Oracle { dimensions, opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(), geometry };
     let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
+    // At half resolution what is cast is the middle of 2x2x2 voxels.
+    let stride = if occlusion.resolution == OcclusionResolution::Half { 2 } else { 1 };
+    let texels = (dimensions + (stride - 1)) / stride;
+    assert_eq!(found.len(), texels.element_product() as usize);
     let (mut largest, mut squares) = (0f64, 0.0);
-    let mut index = 0;
-    for z in 0..dimensions.z {
-        for y in 0..dimensions.y {
-            for x in 0..dimensions.x {
-                let expected = oracle.ambient(UVec3::new(x, y, z).as_dvec3(), &occlusion);
-                let error = (found[index] as f64 / 255.0 - expected).abs();
-                largest = largest.max(error);
-                squares += error * error;
-                index += 1;
-            }
-        }
+    for (index, found) in (0..).zip(&found) {
+        let middle = f64::from(stride) * voxel_at(index, texels).as_dvec3() + 0.5 * f64::from(stride - 1);
+        let error = (*found as f64 / 255.0 - oracle.ambient(middle, &occlusion)).abs();
+        largest = largest.max(error);
+        squares += error * error;
     }
     let rms = (squares / found.len() as f64).sqrt();
     println!(
@@ -143,4 +142,18 @@ fn lao_is_as_defined_for_512_rays_no_steps_and_one_ray() {
         let occlusion = AmbientOcclusion { pattern, steps, step_mm: 1.0, ..default() };
         check(size, DVec3::ONE, translucent_ramp(), occlusion);
     }
+}
+
+#[test]
+fn lao_is_as_defined_at_half_resolution_and_under_a_cloudy_sky() {
+    let rays = AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 7, ..default() };
+    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..rays.clone() };
+    check(UVec3::new(15, 12, 9), DVec3::ONE, opaque_ramp(), half.clone());
+    check(UVec3::new(9, 12, 15), DVec3::new(1.2, 0.8, 1.0), translucent_ramp(), half);
+    let cloudy = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..rays.clone() };
+    let geometry = VolumeGeometry::of(&folded_volume(UVec3::splat(4), DVec3::ONE));
+    assert!(cloudy.rays(&geometry).len() <= rays.rays(&geometry).len() / 2 + 2, "no light, no rays");
+    check(UVec3::new(13, 12, 11), DVec3::ONE, opaque_ramp(), cloudy);
+    let uneven = Sky([0.0, 1.0, 2.0, 0.5, 0.0, 3.0, 1.0, 0.0]);
+    check(UVec3::new(8, 9, 10), DVec3::ONE, translucent_ramp(), AmbientOcclusion { sky: uneven, ..rays });
 }

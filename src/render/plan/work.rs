@@ -111,12 +111,10 @@ impl VolumeResources {
         // Which rays are cast, and what part of the weight of those before counts.
         let (cast, kept) = match progressive {
             Some(settings) if is_all_stale => {
-                let kept = settings.kept_on_change;
-                let kept = if kept.is_finite() { kept.clamp(0.0, 0.99) } else { 0.0 };
-                (0..settings.rays_per_frame.clamp(1, all_rays), kept)
+                (0..settings.rays_per_frame.min(all_rays), settings.kept_on_change)
             }
             Some(settings) => {
-                let end = state.progress.rays.saturating_add(settings.rays_per_frame.max(1));
+                let end = state.progress.rays.saturating_add(settings.rays_per_frame);
                 (state.progress.rays..end.min(all_rays), 1.0)
             }
             None => (0..all_rays, 0.0),

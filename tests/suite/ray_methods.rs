@@ -1,0 +1,120 @@
+//! The variants of local ambient occlusion: half resolution, a sky, progressive rays.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{occlusion::ProgressiveRays, prelude::*};
+
+use crate::headless::different_pixels;
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+
+fn scene(function: TransferFunction, occlusion: AmbientOcclusion) -> (TestScene, Entity) {
+    let volume = folded_volume(UVec3::new(31, 29, 26), DVec3::new(1.0, 1.1, 0.9));
+    let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
+    let carver = scene.carve(Sphere::new(8.0), ClipMesh::default(), Transform::from_xyz(5.0, 6.0, 7.0));
+    scene.settle();
+    (scene, carver)
+}
+
+fn image_as_lao(scene: &mut TestScene) -> Vec<u8> {
+    scene.set_mode(ShadingMode::Lao);
+    scene.headless.frame();
+    let image = scene.headless.image();
+    scene.set_mode(ShadingMode::Cao);
+    image
+}
+
+#[test]
+fn half_resolution_and_skies_are_exact_too() {
+    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..few_rays() };
+    let cloudy = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..few_rays() };
+    for (name, occlusion) in [("half", half), ("cloudy", cloudy)] {
+        for function in [opaque_ramp(), translucent_ramp()] {
+            let (mut scene, carver) = scene(function, occlusion.clone());
+            for step in 0..6 {
+                let rotation = Quat::from_rotation_y(0.3 * step as f32);
+                let pose = Transform::from_xyz(5.0 - 1.7 * step as f32, 6.0, 7.0).with_rotation(rotation);
+                scene.move_carver(carver, pose);
+                scene.headless.frame();
+                let image = scene.headless.image();
+                let reference = image_as_lao(&mut scene);
+                assert_eq!(different_pixels(&image, &reference), 0, "{name}, step {step}");
+                // As it was, so that the next step changes what carving left.
+                scene.headless.frame();
+            }
+        }
+    }
+}
+
+#[test]
+fn carving_at_half_resolution_casts_fewer_voxels() {
+    let work = |resolution| {
+        let (mut scene, carver) = scene(opaque_ramp(), AmbientOcclusion { resolution, ..few_rays() });
+        scene.move_carver(carver, Transform::from_xyz(4.0, 6.0, 7.0));
+        scene.headless.count_work(scene.volume).voxels
+    };
+    let (full, half) = (work(OcclusionResolution::Full), work(OcclusionResolution::Half));
+    assert!(half > 0 && 3 * half < full, "{half} of {full}");
+}
+
+fn progressive(rays_per_frame: u32, kept_on_change: f32) -> AmbientOcclusion {
+    let settings = ProgressiveRays { rays_per_frame, kept_on_change };
+    AmbientOcclusion { method: OcclusionMethod::Progressive(settings), ..few_rays() }
+}
+
+/// Largest difference between two images, bytes.
+fn largest_difference(a: &[u8], b: &[u8]) -> u8 {
+    a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
+}
+
+#[test]
+fn progressive_rays_lag_and_arrive() {
+    let (mut scene, carver) = scene(opaque_ramp(), progressive(3, 0.0));
+    // Ten rays, three a frame.
+    scene.headless.frames(4);
+    let before = scene.status().passes.total_jobs();
+    scene.headless.frames(3);
+    assert_eq!(scene.status().passes.total_jobs(), before, "it rests");
+    let reference = image_as_lao(&mut scene);
+    scene.headless.frames(5);
+    // Sums of floats instead of whole numbers: a byte of occlusion may round to its neighbour.
+    assert!(largest_difference(&scene.headless.image(), &reference) <= 1);
+    scene.move_carver(carver, Transform::from_xyz(1.0, 6.0, 7.0));
+    scene.headless.frame();
+    let first = scene.headless.image();
+    scene.headless.frames(3);
+    let last = scene.headless.image();
+    let reference = image_as_lao(&mut scene);
+    assert!(largest_difference(&first, &reference) > 20, "three of ten rays are noisy");
+    assert!(largest_difference(&last, &reference) <= 1, "after four frames all have been cast");
+}
+
+#[test]
+fn what_is_kept_on_change_leaves_a_ghost() {
+    let mut errors = Vec::new();
+    for kept in [0.0, 0.9] {
+        let (mut scene, carver) = scene(opaque_ramp(), progressive(1, kept));
+        scene.headless.frames(12);
+        scene.move_carver(carver, Transform::from_xyz(-40.0, 0.0, 0.0));
+        scene.headless.frames(12);
+        let image = scene.headless.image();
+        errors.push(largest_difference(&image, &image_as_lao(&mut scene)));
+    }
+    // Of what was kept a tenth is new in every frame: half of it is still there when all rays have been cast.
+    assert!(errors[0] <= 1 && errors[1] > 20, "{errors:?}");
+}
+
+#[test]
+fn settings_that_are_no_numbers_do_no_harm() {
+    for (rays, kept) in [(0, f32::NAN), (u32::MAX, f32::INFINITY), (4, -1.0)] {
+        let (mut scene, _) = scene(opaque_ramp(), progressive(rays, kept));
+        scene.headless.frames(14);
+        let image = scene.headless.image();
+        let reference = image_as_lao(&mut scene);
+        assert!(largest_difference(&image, &reference) <= 1, "{rays} rays, kept {kept}");
+    }
+    let mut dark = few_rays();
+    dark.sky = Sky([f32::NAN; 8]);
+    let (scene, _) = scene(opaque_ramp(), dark);
+    let image = scene.headless.image();
+    let (same, _) = self::scene(opaque_ramp(), few_rays());
+    assert_eq!(image, same.headless.image(), "no sky is an even sky");
+}
