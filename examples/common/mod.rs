@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "not every example that includes this folder needs all of it")]
 
 pub mod carver;
+pub mod font;
 pub mod headless;
 pub mod inside;
 pub mod random;

@@ -3,6 +3,7 @@
 
 mod changes;
 pub mod inside_test;
+pub mod methods;
 pub mod motion;
 pub mod resolution;
 pub mod soak;
@@ -62,6 +63,7 @@ pub fn run(group: Option<Group>, mut report: impl FnMut(Figure)) {
             Group::Inside => inside_test::shapes(48, report),
             Group::Resolution => resolution::table(&[128, 256, 512, 1024, 2048], 300, report),
             Group::Walk => walks::paths(200, report),
+            Group::Methods => methods::table(report),
             Group::Soak => soak::run(10_000, report),
         }
     }
@@ -82,6 +84,8 @@ pub enum Group {
     Resolution,
     /// Random walks against a fresh start.
     Walk,
+    /// Where methods of ambient occlusion fail.
+    Methods,
     /// 10,000 frames of random changes.
     Soak,
 }

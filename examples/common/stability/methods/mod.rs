@@ -1,0 +1,102 @@
+//! Where methods of ambient occlusion fail: one figure per known weakness, for every method.
+
+mod floor;
+mod motion;
+mod places;
+
+use bevy::prelude::*;
+use bevy_contextual_ao::{
+    occlusion::{
+        DensityEstimate, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
+        ProgressiveRays, ScreenSpaceOcclusion,
+    },
+    prelude::*,
+};
+
+use super::Figure;
+
+/// A method with settings that reach about as far as the others'.
+#[derive(Clone)]
+pub struct Column {
+    /// The name in tables.
+    pub name: &'static str,
+    /// Its settings.
+    pub occlusion: AmbientOcclusion,
+}
+
+/// How far methods look that have such a setting, mm.
+const REACH_MM: f32 = 10.0;
+
+/// The columns of the table.
+pub fn columns() -> Vec<Column> {
+    let rays = AmbientOcclusion { steps: 9, step_mm: 1.0, ..default() };
+    let of = |name, method| Column { name, occlusion: AmbientOcclusion { method, ..rays.clone() } };
+    let sweeping = |geometry_term| {
+        OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, gamma: 1.0, ..default() })
+    };
+    let filtering = |estimate| {
+        OcclusionMethod::Filtering(OcclusionFiltering { estimate, radius_mm: REACH_MM, ..default() })
+    };
+    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..rays.clone() };
+    vec![
+        Column { name: "rays", occlusion: rays.clone() },
+        Column { name: "rays, half", occlusion: half },
+        of("progressive", OcclusionMethod::Progressive(ProgressiveRays::default())),
+        of("sweeping", sweeping(GeometryTerm::None)),
+        of("sweeping, cosine", sweeping(GeometryTerm::Cosine)),
+        of("filtering, Chebyshev", filtering(DensityEstimate::Chebyshev)),
+        of("filtering, power", filtering(DensityEstimate::Power)),
+        of("filtering, Gaussian", filtering(DensityEstimate::Gaussian)),
+        of(
+            "screen space",
+            OcclusionMethod::ScreenSpace(ScreenSpaceOcclusion {
+                radius_mm: REACH_MM,
+                samples: 64,
+                ..default()
+            }),
+        ),
+        of("direct", OcclusionMethod::Direct(DirectOcclusion { samples: 5, ..default() })),
+    ]
+}
+
+/// All figures of one column. Methods that keep a factor for every voxel by rays have bounds.
+pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
+    let mut add = |case: &str, figure, unit, bound, value| {
+        report(Figure { case: case.into(), method: column.name.into(), figure, unit, bound, value });
+    };
+    let occlusion = &column.occlusion;
+    let is_exact = occlusion.method == OcclusionMethod::Rays;
+    let if_exact = |bound| is_exact.then_some(bound);
+    const OF_RANGE: &str = "of full range";
+
+    let ghost = motion::ghost(occlusion);
+    add("a block is carved away", "shadow that it cast", OF_RANGE, None, ghost.shadow);
+    add("a block is carved away", "ghost in the frame of the carve", OF_RANGE, if_exact(1e-9), ghost.at_once);
+    add("a block is carved away", "ghost that stays", OF_RANGE, if_exact(1e-9), ghost.stays);
+    add("a block is carved away", "lag", "frames", if_exact(0.0), ghost.lag as f64);
+    // Two images of one surface differ by where its samples lie, also if their factors are the same.
+    add("two eyes, 6 degrees apart", "RMS difference", OF_RANGE, if_exact(0.02), places::eyes(occlusion));
+    let edges = places::edges(occlusion);
+    add("around a round post", "unevenness", OF_RANGE, None, places::unevenness(occlusion));
+    add("edges of a cube", "brighter than its face by", OF_RANGE, None, edges);
+    add("grid turned by 45 degrees", "RMS difference", OF_RANGE, None, places::turned(occlusion));
+    add("a wall one voxel thin", "share of a thick one's shadow", "", None, places::thin(occlusion));
+    if let Some(pops) = motion::pops(occlusion) {
+        add("reach grows steadily", "largest step over the mean step", "times", None, pops);
+    }
+    if let Some([one, three]) = places::modes(occlusion) {
+        add("densities of one mode", "RMS error of the share", OF_RANGE, None, one);
+        add("densities of three modes", "RMS error of the share", OF_RANGE, None, three);
+    }
+    let carving = motion::carver_flicker(occlusion);
+    add("carver moves by 1/16 voxel a frame", "flicker", OF_RANGE, None, carving);
+    let turning = motion::camera_flicker(occlusion);
+    add("camera turns by 0.25 degrees a frame", "flicker", OF_RANGE, None, turning);
+}
+
+/// All figures of all columns.
+pub fn table(report: &mut impl FnMut(Figure)) {
+    for one in columns() {
+        column(&one, report);
+    }
+}
