@@ -29,8 +29,10 @@ pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
 pub const SPAN_MARK: &str = "contextual_ao/mark";
 /// Casting the rays of those that are not up to date (step V).
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
+/// Filtering the densities of all voxels, and estimating their occlusion from that.
+pub const SPAN_FILTER: &str = "contextual_ao/filter";
 /// All passes before drawing.
-pub const SPANS: [&str; 9] = [
+pub const SPANS: [&str; 10] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -40,6 +42,7 @@ pub const SPANS: [&str; 9] = [
     SPAN_DISTANCES,
     SPAN_MARK,
     SPAN_RAY_CAST,
+    SPAN_FILTER,
 ];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";

@@ -224,12 +224,17 @@ impl Headless {
 
     /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
     pub fn voxels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
+        self.channel(volume, which, 0)
+    }
+
+    /// The same of another channel.
+    pub fn channel(&self, volume: Entity, which: VolumeTexture, channel: usize) -> Vec<u8> {
         let Some(texture) = self.texture(volume, which) else {
             return Vec::new();
         };
         let bytes_per_voxel = texture.format().block_copy_size(None).unwrap_or(1) as usize;
         let bytes = read_texture(self.render_world(), &texture);
-        bytes.into_iter().step_by(bytes_per_voxel).collect()
+        bytes.into_iter().skip(channel).step_by(bytes_per_voxel).collect()
     }
 
     /// Whether a mask holds for each voxel, x fastest; empty while there is no such volume.

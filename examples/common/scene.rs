@@ -31,6 +31,9 @@ pub struct SceneOptions {
     /// followed by three angles in degrees; with `keep:` in front it keeps what is inside.
     #[arg(long = "carver", allow_hyphen_values = true)]
     pub carvers: Vec<Carver>,
+    /// How occlusion is computed: rays, progressive, sweeping, filtering, screen_space, direct.
+    #[arg(long, default_value = "rays")]
+    pub method: OcclusionMethod,
     /// Samples per occlusion ray.
     #[arg(long, default_value_t = AmbientOcclusion::default().steps)]
     pub steps: u32,
@@ -159,7 +162,12 @@ impl SceneOptions {
             camera: self.camera.unwrap_or_else(|| self.overview(&VolumeGeometry::of(&volume))),
             volume,
             transfer_function,
-            occlusion: AmbientOcclusion { steps: self.steps, step_mm: self.step_mm, ..default() },
+            occlusion: AmbientOcclusion {
+                method: self.method,
+                steps: self.steps,
+                step_mm: self.step_mm,
+                ..default()
+            },
             shading: VolumeShading { step_voxels: self.step_voxels, jitter: self.jitter, ..default() },
             carvers: self.carvers.clone(),
             fov: self.fov,

@@ -10,6 +10,7 @@ mod counting;
 mod counts;
 mod directions;
 mod figures;
+mod filtering;
 mod published;
 mod shell;
 mod stage;
@@ -94,6 +95,10 @@ struct Instead {
     /// volume of that size.
     #[arg(long)]
     tables: bool,
+    /// Table 1 of the paper on occlusion by filtering: times for two radii, and for others, by its three
+    /// estimates, in CT of a head and of a torso.
+    #[arg(long)]
+    filtering: bool,
 }
 
 impl Options {
@@ -122,6 +127,8 @@ fn main() -> Result<(), String> {
         directions::run(&options)
     } else if instead.tables {
         tables::run(&options)
+    } else if instead.filtering {
+        filtering::run(&options)
     } else {
         carve::run(&options)
     }

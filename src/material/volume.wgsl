@@ -69,8 +69,13 @@ struct Pixel {
 
 // Adds a piece of a ray.
 fn accumulate(before: Pixel, slice: Slice, direction: vec3<f32>) -> Pixel {
+    var unit_opacity = slice.sample.a;
+#ifdef MODULATED
+    let share = textureSampleLevel(occlusion, edge_sampler, slice.p, 0.0).g;
+    unit_opacity *= mix(1.0, share, volume.occlusion_share);
+#endif
     let opacity =
-        (1.0 - before.alpha) * correct_opacity(slice.sample.a, slice.steps * volume.draw_exponent);
+        (1.0 - before.alpha) * correct_opacity(unit_opacity, slice.steps * volume.draw_exponent);
     if opacity <= 0.0 {
         return before;
     }

@@ -53,6 +53,7 @@ impl OcclusionMethod {
     pub(crate) fn clamped(self) -> Self {
         match self {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
+            Self::Filtering(settings) => Self::Filtering(settings.clamped()),
             other => other,
         }
     }

@@ -7,16 +7,21 @@ use super::{
     brick_resources::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
     compute_pass::{ListEnd, WIDTH},
+    filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     volume_store::VoxelMask,
     volume_uniform::VolumeUniform,
 };
-use crate::clip::{CoverageRule, MAX_CARVERS};
+use crate::{
+    clip::{CoverageRule, MAX_CARVERS},
+    occlusion::DensityEstimate,
+};
 
 const BINDINGS: &str = include_str!("volume_bindings.wgsl");
 const BRICKS: &str = include_str!("bricks.wgsl");
 const PASS: &str = include_str!("occlusion_pass.wgsl");
 const WORK_LIST: &str = include_str!("work_list.wgsl");
+const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
 const MARK: &str = include_str!("mark.wgsl");
 
 /// Size and offsets of a WGSL struct, which has no other struct in it.
@@ -41,6 +46,7 @@ fn rust_and_wgsl_agree() {
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));
+    assert_eq!(rust_layout::<FilteringData, 10>(), wgsl_layout(FILTERING, "Filtering"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
         (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),
@@ -61,6 +67,9 @@ fn rust_and_wgsl_agree() {
         (PASS, "COVERAGE_LINES", CoverageRule::Lines as u32),
         (PASS, "COVERAGE_POINTS", CoverageRule::Points as u32),
         (PASS, "COVERAGE_CENTER", CoverageRule::Center as u32),
+        (FILTERING, "ESTIMATE_CHEBYSHEV", DensityEstimate::Chebyshev as u32),
+        (FILTERING, "ESTIMATE_POWER", DensityEstimate::Power as u32),
+        (FILTERING, "ESTIMATE_GAUSSIAN", DensityEstimate::Gaussian as u32),
     ] {
         let line = format!("const {name}: u32 = {value}u;");
         assert!(shader.contains(&line), "`{line}` is not in the shader");

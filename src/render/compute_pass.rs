@@ -125,8 +125,8 @@ impl ComputePass {
         match groups {
             Groups::Square(side) => pass.dispatch_workgroups(side, side, 1),
             Groups::Pixels(size) => pass.dispatch_workgroups(size.x.div_ceil(8), size.y.div_ceil(8), 1),
-            Groups::Bricks(bricks) => {
-                let groups = bricks.div_ceil(WIDTH);
+            Groups::Bricks(count) | Groups::Invocations(count) => {
+                let groups = count.div_ceil(WIDTH);
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
             }
@@ -146,6 +146,8 @@ pub(crate) enum Groups<'a> {
     Pixels(UVec2),
     /// One invocation for each of so many bricks.
     Bricks(u32),
+    /// So many invocations.
+    Invocations(u32),
     /// As the head of a list's end says (`work_list.wgsl`).
     Listed(&'a Buffer, ListEnd),
 }

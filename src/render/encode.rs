@@ -18,7 +18,7 @@ use super::{
 };
 use crate::diagnostics::{
     COUNTERS, ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES,
-    SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST,
+    SPAN_FILTER, SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST,
 };
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
@@ -32,7 +32,8 @@ pub(crate) fn encode_passes(
     report: Res<ReportChannel>,
     ctx: RenderContext,
 ) {
-    let Passes { count, peel, dilate, ranges, cull, clip, distances, mark, ray_cast, cache } = passes;
+    let Passes { count, peel, dilate, ranges, cull, clip, distances, filtering, mark, ray_cast, cache } =
+        passes;
     let Some(textures) = &clip_maps.textures else {
         return;
     };
@@ -88,6 +89,12 @@ pub(crate) fn encode_passes(
     let casts = volumes.iter().filter_map(|job| Some((job, job.cast.as_ref()?)));
     frame.pass(SPAN_RAY_CAST, casts, |encoder, (job, cast)| {
         ray_cast.encode(encoder, &job.bricks_group, cast, &cache);
+    });
+
+    // Or, by other methods, the occlusion of all voxels.
+    let filters = volumes.iter().filter_map(|job| Some((job, job.filter.as_ref()?)));
+    frame.pass(SPAN_FILTER, filters, |encoder, (job, filter)| {
+        filtering.encode(encoder, &job.bricks_group, filter, &cache);
     });
 
     if counts {

@@ -19,6 +19,8 @@ pub(crate) struct GpuVolume {
     pub view: TextureView,
     /// The stored intensity that the texture gives as 1.
     pub largest_stored: f64,
+    /// Lowest and highest intensity, in the file's units, as the texture gives them.
+    pub range: [f64; 2],
 }
 
 impl RenderAsset for GpuVolume {
@@ -50,7 +52,8 @@ impl RenderAsset for GpuVolume {
             TextureDataOrder::default(),
             &bytes,
         );
-        Ok(Self { view: texture.create_view(&default()), texture, largest_stored })
+        let range = volume.range().map(|value| volume.to_stored(value) / largest_stored);
+        Ok(Self { view: texture.create_view(&default()), texture, largest_stored, range })
     }
 }
 

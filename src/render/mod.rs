@@ -20,6 +20,7 @@ mod dilate;
 mod distances;
 mod encode;
 mod extract;
+mod filtering;
 mod formats;
 mod gpu_volume;
 mod mark;
@@ -96,6 +97,7 @@ impl Plugin for OcclusionRenderPlugin {
         embedded_asset!(app, "distances.wgsl");
         embedded_asset!(app, "mark.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
+        filtering::add_shaders(app);
         app.add_plugins((
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
             ExtractResourcePlugin::<VolumeBudget>::default(),
@@ -123,6 +125,7 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<cull::CullPass>,
                     init_gpu_resource::<clip::ClipPasses>,
                     init_gpu_resource::<distances::DistancePasses>,
+                    init_gpu_resource::<filtering::FilteringPasses>,
                     init_gpu_resource::<mark::MarkPass>,
                     init_gpu_resource::<ray_cast::RayCastPasses>,
                 )

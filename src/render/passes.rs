@@ -4,7 +4,8 @@ use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::Pipeli
 
 use super::{
     clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses,
-    distances::DistancePasses, mark::MarkPass, peel::PeelPasses, ranges::RangesPass, ray_cast::RayCastPasses,
+    distances::DistancePasses, filtering::FilteringPasses, mark::MarkPass, peel::PeelPasses,
+    ranges::RangesPass, ray_cast::RayCastPasses,
 };
 
 /// The passes and their pipelines.
@@ -17,6 +18,7 @@ pub(crate) struct Passes<'w> {
     pub cull: Res<'w, CullPass>,
     pub clip: Res<'w, ClipPasses>,
     pub distances: Res<'w, DistancePasses>,
+    pub filtering: Res<'w, FilteringPasses>,
     pub mark: Res<'w, MarkPass>,
     pub ray_cast: Res<'w, RayCastPasses>,
     pub cache: Res<'w, PipelineCache>,
@@ -36,6 +38,7 @@ impl Passes<'_> {
             && self.cull.is_ready(cache)
             && self.clip.is_ready(cache)
             && self.distances.is_ready(cache)
+            && self.filtering.is_ready(cache)
             && self.mark.is_ready(cache)
             && self.ray_cast.is_ready(cache)
     }

@@ -20,6 +20,7 @@ use super::{
     carver_uniform::{CarverTable, CarverUniform},
     clip_maps::ClipMaps,
     extract::{ExtractedScene, ExtractedVolume},
+    filtering::FilteringResources,
     formats::{Formats, volume_texture},
     gpu_volume::GpuVolume,
     occlusion_texels::OcclusionTexels,
@@ -69,6 +70,8 @@ pub(crate) struct VolumeResources {
     pub intensities: TextureView,
     intensity_texture: Texture,
     pub largest_stored: f64,
+    /// Lowest and highest intensity, as the texture gives them.
+    range: [f64; 2],
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
@@ -83,6 +86,7 @@ pub(crate) struct VolumeResources {
     pub bricks: BrickResources,
     /// Of methods that cast some rays in every frame: what they found so far, a number a voxel.
     pub found: Option<Buffer>,
+    pub filtering: Option<FilteringResources>,
     pub state: VolumeState,
 }
 
@@ -175,6 +179,7 @@ impl VolumeResources {
             intensities: gpu_volume.view.clone(),
             intensity_texture: gpu_volume.texture.clone(),
             largest_stored: gpu_volume.largest_stored,
+            range: gpu_volume.range,
             lookup_table: TextureAndView::new(
                 device,
                 &TextureDescriptor {
@@ -198,6 +203,7 @@ impl VolumeResources {
             rays: default(),
             bricks: BrickResources::new(dimensions, device),
             found: None,
+            filtering: None,
             state: default(),
         }
     }
@@ -215,6 +221,12 @@ impl VolumeResources {
             };
             self.found = is_progressive.then(|| device.create_buffer(&descriptor));
         }
+        self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
+    }
+
+    /// Whether there is what a method needs: the device may be too small.
+    pub fn can_compute(&self, method: &OcclusionMethod) -> bool {
+        !matches!(method, OcclusionMethod::Filtering(_)) || self.filtering.is_some()
     }
 
     /// Uploads the lookup table and the rays where they changed.
@@ -255,6 +267,7 @@ impl VolumeResources {
             &self.occlusion.texture,
         ]) + self.bricks.usage()
             + usage_of_buffers(&self.found)
+            + self.filtering.iter().map(FilteringResources::usage).fold(default(), core::ops::Add::add)
     }
 }
 

@@ -17,6 +17,7 @@ mod broken_files;
 mod drawing;
 mod exact;
 mod faults;
+mod filtering;
 mod independence;
 mod lifecycle;
 mod oracle;

@@ -4,7 +4,7 @@
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage, ShaderType,
 };
-use std::collections::HashMap;
+use std::{collections::HashMap, path::Path};
 
 use crate::headless::project_folder;
 
@@ -15,7 +15,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 13] = sources![
+const LIBRARIES: [(&str, &str); 15] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -29,9 +29,11 @@ const LIBRARIES: [(&str, &str); 13] = sources![
     "emptiness.wgsl",
     "view_ray.wgsl",
     "density.wgsl",
+    "filtering/voxel_lines.wgsl",
+    "filtering/voxel_density.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 11] = sources![
+const ENTRIES: [(&str, &str); 16] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -43,6 +45,11 @@ const ENTRIES: [(&str, &str); 11] = sources![
     "distances.wgsl",
     "mark.wgsl",
     "ray_cast.wgsl",
+    "filtering/densities.wgsl",
+    "filtering/means.wgsl",
+    "filtering/extrema.wgsl",
+    "filtering/estimate.wgsl",
+    "filtering/gradient.wgsl",
 ];
 
 /// Definitions with which an entry is compiled, in all combinations.
@@ -54,15 +61,35 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "clip.wgsl" => &["STORE_R8"],
         "distances.wgsl" => &["OCCUPY"],
         "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
+        "filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
+        "filtering/extrema.wgsl" => &["OF_DENSITIES"],
+        "filtering/estimate.wgsl" => &["STORE_R8", "MODULATED", "SHARES"],
         _ => &[],
+    }
+}
+
+/// Passes along an axis.
+fn has_axis(name: &str) -> bool {
+    matches!(name, "distances.wgsl" | "filtering/means.wgsl" | "filtering/extrema.wgsl")
+}
+
+/// The shaders in a folder of passes, by their paths within it, and in the folders in it.
+fn shaders_in(folder: &Path, path: &str, found: &mut Vec<String>) {
+    for file in std::fs::read_dir(folder).expect("a folder of passes") {
+        let file = file.expect("a file in it").path();
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if file.is_dir() {
+            shaders_in(&file, &format!("{path}{name}/"), found);
+        } else if name.ends_with(".wgsl") {
+            found.push(format!("{path}{name}"));
+        }
     }
 }
 
 #[test]
 fn every_variant_composes_and_validates() {
-    let folder = std::fs::read_dir(project_folder().join("src/render")).expect("the folder of passes");
-    let files = folder.filter_map(|file| file.ok()?.file_name().into_string().ok());
-    let mut shaders: Vec<_> = files.filter(|name| name.ends_with(".wgsl")).collect();
+    let mut shaders = Vec::new();
+    shaders_in(&project_folder().join("src/render"), "", &mut shaders);
     shaders.sort_unstable();
     let mut listed: Vec<_> = LIBRARIES.iter().chain(&ENTRIES).map(|(name, _)| *name).collect();
     listed.sort_unstable();
@@ -74,7 +101,7 @@ fn every_variant_composes_and_validates() {
             let mut definitions: HashMap<String, ShaderDefValue> =
                 names.map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true))).collect();
             definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
-            for axis in 0..if entry.0 == "distances.wgsl" { 3 } else { 1 } {
+            for axis in 0..if has_axis(entry.0) { 3 } else { 1 } {
                 definitions.insert("AXIS".into(), ShaderDefValue::UInt(axis));
                 if let Err(error) = compose(entry, definitions.clone()) {
                     panic!("{} with {definitions:?}: {error}", entry.0);

@@ -21,6 +21,7 @@ use crate::{
         clip_textures::ClipTextures,
         distances::DistanceGroups,
         extract::{ExtractedScene, ExtractedVolume},
+        filtering::FilteringJob,
         formats::Formats,
         mark::MarkJob,
         passes::Passes,
@@ -48,6 +49,8 @@ pub(crate) struct VolumeJob {
     pub words: BindGroup,
     /// Step V, for what was put on the list.
     pub cast: Option<RayCastJob>,
+    /// Occlusion by filtering.
+    pub filter: Option<FilteringJob>,
 }
 
 /// Finds what changed and clips it.
@@ -100,7 +103,9 @@ pub(crate) fn plan_volumes(
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
         let largest = resources.largest_stored;
-        let uniform = VolumeUniform::new(volume, largest, are_ready, sizes, carvers.len(), &scene.shortcuts);
+        let has_occlusion = are_ready && resources.can_compute(&volume.occlusion.method);
+        let uniform =
+            VolumeUniform::new(volume, largest, has_occlusion, sizes, carvers.len(), &scene.shortcuts);
         let looks_different = write_if_changed(&mut resources.uniform, uniform, device, queue);
         write_if_changed(&mut resources.carvers, table, device, queue);
         // Until all carvers carve, nothing is final.
@@ -198,6 +203,8 @@ impl Work {
             }
             None => None,
         };
+        let filter =
+            if self.computes_all { passes.filtering.bind_volume(volume, cache, device, queue) } else { None };
         let [volume_group, bricks_group] =
             volume_bindings::compute_bind_groups(volume, clip, formats, cache, device)?;
         let marks = self.windows.into_iter();
@@ -214,6 +221,7 @@ impl Work {
             } else {
                 None
             },
+            filter,
         })
     }
 }

@@ -1,0 +1,79 @@
+//! Table 1 of Ruiz et al. (Volumetric Ambient Occlusion for Volumetric Models, 2010): how long it takes to filter a
+//! volume, by each of three estimates and for several radii, with volumes that are at hand in place of its own.
+
+use bevy_contextual_ao::{
+    diagnostics::SPAN_FILTER,
+    occlusion::{DensityEstimate, DensitySource, OcclusionFiltering},
+    prelude::*,
+};
+use serde_json::json;
+
+use crate::{Options, counting::CountingScene, stage::Stage};
+
+/// In voxels, the paper's first.
+const RADII: [u32; 5] = [5, 10, 1, 20, 40];
+
+/// What the paper has of one estimate in one volume: milliseconds for radii of 5 and 10 voxels.
+type Published = (DensityEstimate, [f64; 2]);
+
+/// Its head, of 256 x 256 x 113 voxels, and its body, of 256 x 256 x 415.
+const HEAD: [Published; 3] = [
+    (DensityEstimate::Chebyshev, [200.0, 268.0]),
+    (DensityEstimate::Power, [161.0, 205.0]),
+    (DensityEstimate::Gaussian, [203.0, 270.0]),
+];
+const BODY: [Published; 3] = [
+    (DensityEstimate::Chebyshev, [713.0, 958.0]),
+    (DensityEstimate::Power, [565.0, 734.0]),
+    (DensityEstimate::Gaussian, [717.0, 965.0]),
+];
+
+/// Prints a line per volume, estimate and radius.
+pub fn run(options: &Options) -> Result<(), String> {
+    for (scene, published) in [(CountingScene::CtHead, HEAD), (CountingScene::CtTorso, BODY)] {
+        let Some(mut parts) = scene.load(options)? else {
+            continue;
+        };
+        parts.carvers.clear();
+        let mut stage = Stage::new(parts, options.image_size());
+        for (estimate, paper_ms) in published {
+            measure(&mut stage, estimate, paper_ms, options)?;
+        }
+    }
+    Ok(())
+}
+
+fn measure(
+    stage: &mut Stage,
+    estimate: DensityEstimate,
+    paper_ms: [f64; 2],
+    options: &Options,
+) -> Result<(), String> {
+    let mut first = None;
+    for (k, radius) in RADII.into_iter().enumerate() {
+        let settings = OcclusionFiltering {
+            estimate,
+            density: DensitySource::Intensity,
+            radius_mm: radius as f32 * stage.scene.voxel_mm,
+            ..Default::default()
+        };
+        let (volume, pattern) = (stage.scene.volume, stage.occlusion().pattern);
+        if let Some(mut occlusion) = stage.headless.app.world_mut().get_mut::<AmbientOcclusion>(volume) {
+            occlusion.method = OcclusionMethod::Filtering(settings);
+        }
+        // Everything is computed anew in every frame.
+        stage.prepare(ShadingMode::Lao, pattern)?;
+        let ms = stage.medians(options.warmup, options.frames, |_, _| {}).of(SPAN_FILTER);
+        let of_first = ms / *first.get_or_insert(ms);
+        stage.print(json!({
+            "estimate": format!("{estimate:?}"),
+            "radius_voxels": radius,
+            "frames": options.frames,
+            "ms_filter": ms,
+            "of_radius_5": of_first,
+            "paper_ms": paper_ms.get(k),
+            "paper_of_radius_5": paper_ms.get(k).map(|ms| ms / paper_ms[0]),
+        }));
+    }
+    Ok(())
+}

@@ -1,0 +1,123 @@
+// How large a share of the voxels in the box around one is not denser than it, O(x) = P(v <= v_x), estimated
+// from what the filters found (Ruiz et al., sections 3.1 to 3.3), and how much of its opacity is drawn where
+// that depends on the variance (section 4.2).
+
+#import bevy_contextual_ao::{
+    bricks::{WIDTH, visited_brick},
+    voxel_density::density_of,
+    voxel_lines::{ESTIMATE_CHEBYSHEV, ESTIMATE_POWER, filtering, number_of_voxels, voxel_at},
+}
+
+// Mean density, extrema, mean square, as `means` and `extrema` leave them; those that the estimate does not
+// need are any buffer.
+@group(1) @binding(3) var<storage, read> means: array<u32>;
+@group(1) @binding(4) var<storage, read> extrema: array<u32>;
+@group(1) @binding(5) var<storage, read> squares: array<u32>;
+#ifdef SHARES
+// For the pass that finds their gradient.
+@group(1) @binding(6) var<storage, read_write> shares: array<f32>;
+#else
+#ifdef MODULATED
+@group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
+#else
+#ifdef STORE_R8
+@group(1) @binding(6) var occlusion: texture_storage_3d<r8unorm, write>;
+#else
+@group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
+#endif
+#endif
+#endif
+
+// The variance, in squares of 16-bit steps, is known to about this: mean squares to 1.5 and the squares of means
+// to 3, by three roundings each. Less counts as this much, a deviation of 2.2 steps.
+const LEAST_VARIANCE: f32 = 4.5;
+
+// Mean square less square of the mean: by whole numbers where they are nearly the same.
+fn variance_at(index: u32) -> f32 {
+    let high = means[index] >> 16u;
+    let low = means[index] & 0xffffu;
+    let product = high * low;
+    // The square is high^2 + product / 2^15 + low^2 / 2^32.
+    let whole = bitcast<i32>(squares[index] - high * high - (product >> 15u));
+    let fraction = f32(product & 0x7fffu) / 32768.0 + f32(low * low) / 4294967296.0;
+    return max(f32(whole) - fraction, 0.0);
+}
+
+// By how many 16-bit steps a density exceeds a mean.
+fn above_mean(density: u32, mean: u32) -> f32 {
+    let scaled = density << 16u;
+    return select(-f32(mean - scaled), f32(scaled - mean), scaled >= mean) / 65536.0;
+}
+
+// Penner and Mitchell 2008: at most this share of the voxels is as dense or denser, by Chebyshev's one-tailed
+// inequality, so at least the rest is not. Below the mean the inequality says nothing, and nothing is lit. That
+// makes the dark pictures which Ruiz et al. describe, although their section 4.1 calls those voxels not occluded.
+fn chebyshev(above: f32, variance: f32) -> f32 {
+    let squared = above * above;
+    return select(0.0, squared / (variance + squared), above > 0.0);
+}
+
+// Winitzki 2008.
+fn erf(x: f32) -> f32 {
+    let a = 0.140012;
+    let squared = x * x;
+    let exponent = -squared * (4.0 / 3.14159265 + a * squared) / (1.0 + a * squared);
+    return sign(x) * sqrt(1.0 - exp(exponent));
+}
+
+// Equation 4. Where all densities are the same, the limit of a share of others that vanishes: a half.
+fn gaussian(above: f32, variance: f32) -> f32 {
+    return 0.5 + 0.5 * erf(above / sqrt(2.0 * variance));
+}
+
+// Section 3.2: a distribution t^beta. Nothing is denser than the highest, also where all are the same; nothing
+// is as low as the lowest.
+fn power(density: u32, mean: u32, word: u32) -> f32 {
+    let lowest = 0xffffu - (word >> 16u);
+    let highest = word & 0xffffu;
+    if density >= highest {
+        return 1.0;
+    }
+    let below_highest = (highest << 16u) - mean;
+    // All are the highest, but for so few that the mean does not tell.
+    if density <= lowest || below_highest == 0u {
+        return 0.0;
+    }
+    let beta = f32(mean - (lowest << 16u)) / f32(below_highest);
+    return pow(f32(density - lowest) / f32(highest - lowest), beta);
+}
+
+@compute @workgroup_size(WIDTH)
+fn estimate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = visited_brick(id, groups);
+    if index >= number_of_voxels() {
+        return;
+    }
+    let voxel = voxel_at(index);
+    let density = density_of(voxel);
+    var share = 0.0;
+    if filtering.estimate == ESTIMATE_POWER {
+        share = power(density, means[index], extrema[index]);
+    } else {
+        let above = above_mean(density, means[index]);
+        let variance = max(variance_at(index), LEAST_VARIANCE);
+        if filtering.estimate == ESTIMATE_CHEBYSHEV {
+            share = chebyshev(above, variance);
+        } else {
+            share = gaussian(above, variance);
+        }
+    }
+#ifdef SHARES
+    shares[index] = share;
+#else
+    let factor = saturate(filtering.brightness * share);
+    var drawn = 1.0;
+#ifdef MODULATED
+    let variance = variance_at(index) / (65535.0 * 65535.0);
+    if variance < filtering.threshold {
+        drawn = variance / filtering.threshold;
+    }
+#endif
+    textureStore(occlusion, voxel, vec4(factor, drawn, 0.0, 0.0));
+#endif
+}

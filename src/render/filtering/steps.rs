@@ -1,0 +1,119 @@
+//! Which passes find the occlusion of a volume, and in which order.
+
+use bevy::prelude::*;
+
+use crate::occlusion::{DensityEstimate, OcclusionFiltering, OpacityModulation};
+
+/// What is found of the densities around every voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Mean,
+    /// The mean of their squares.
+    Square,
+    /// Lowest and highest.
+    Extrema,
+}
+
+impl Quantity {
+    pub const ALL: [Self; 3] = [Self::Mean, Self::Square, Self::Extrema];
+}
+
+/// What is kept of the estimated shares of voxels that are not denser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// The factor.
+    Factors,
+    /// The factor, and how much of the opacity is drawn, by the variance.
+    Modulated,
+    /// The share itself, for its gradient to be found.
+    Shares,
+}
+
+impl Outcome {
+    pub const ALL: [Self; 3] = [Self::Factors, Self::Modulated, Self::Shares];
+}
+
+/// One dispatch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// An invocation for each voxel, as in the last two; the filters have one for each line.
+    Densities,
+    Filter {
+        quantity: Quantity,
+        /// Number of axes that were filtered before.
+        turn: usize,
+    },
+    Estimate(Outcome),
+    Gradient,
+}
+
+/// The axes in the order in which they are filtered. The last one is that along which neighbours in memory are
+/// on one line, not side by side: only there has a device to fetch voxels one by one.
+pub(super) const AXES: [u32; 3] = [1, 2, 0];
+
+/// What has to be filtered: only what the estimate, and the modulation, need.
+pub(super) fn quantities(settings: &OcclusionFiltering) -> Vec<Quantity> {
+    let is_power = settings.estimate == DensityEstimate::Power;
+    let is_by_variance = matches!(settings.modulation, OpacityModulation::Variance(_));
+    let is_needed = |quantity: &Quantity| match quantity {
+        Quantity::Mean => true,
+        Quantity::Square => !is_power || is_by_variance,
+        Quantity::Extrema => is_power,
+    };
+    Quantity::ALL.into_iter().filter(is_needed).collect()
+}
+
+/// All dispatches, in order. All quantities are filtered along one axis before any is along the next: in the
+/// first turn all read the densities.
+pub(super) fn steps(settings: &OcclusionFiltering) -> Vec<Step> {
+    let quantities = quantities(settings);
+    let filters = (0..AXES.len())
+        .flat_map(|turn| quantities.iter().map(move |&quantity| Step::Filter { quantity, turn }));
+    let end: &[Step] = match settings.modulation {
+        OpacityModulation::None => &[Step::Estimate(Outcome::Factors)],
+        OpacityModulation::Variance(_) => &[Step::Estimate(Outcome::Modulated)],
+        OpacityModulation::Gradient(_) => &[Step::Estimate(Outcome::Shares), Step::Gradient],
+    };
+    [Step::Densities].into_iter().chain(filters).chain(end.iter().copied()).collect()
+}
+
+impl Step {
+    /// How many invocations it has: of filters one for each line, however wide the window.
+    pub fn invocations(self, dimensions: UVec3) -> u32 {
+        let voxels = dimensions.element_product();
+        match self {
+            Self::Filter { turn, .. } => voxels / dimensions[AXES[turn] as usize],
+            _ => voxels,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_does_not_grow_with_the_radius() {
+        let dimensions = UVec3::new(5, 7, 11);
+        let dispatches = |radius_mm, estimate| {
+            let settings = OcclusionFiltering { radius_mm, estimate, ..default() };
+            steps(&settings).into_iter().map(|step| (step, step.invocations(dimensions))).collect::<Vec<_>>()
+        };
+        for estimate in [DensityEstimate::Chebyshev, DensityEstimate::Power, DensityEstimate::Gaussian] {
+            let narrow = dispatches(1.0, estimate);
+            assert_eq!(narrow, dispatches(100.0, estimate));
+            // Of two quantities each.
+            assert_eq!(narrow.len(), 8);
+            let lines: u32 = narrow[1..7].iter().map(|(_, invocations)| invocations).sum();
+            assert_eq!(lines, 2 * (5 * 11 + 5 * 7 + 7 * 11));
+        }
+    }
+
+    #[test]
+    fn only_what_is_needed_is_filtered() {
+        let by_variance = OcclusionFiltering { modulation: OpacityModulation::Variance(0.1), ..default() };
+        assert_eq!(quantities(&by_variance), Quantity::ALL);
+        let gaussian = OcclusionFiltering { estimate: DensityEstimate::Gaussian, ..default() };
+        assert_eq!(quantities(&gaussian), [Quantity::Mean, Quantity::Square]);
+    }
+}

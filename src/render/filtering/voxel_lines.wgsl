@@ -1,0 +1,65 @@
+// What the passes of occlusion by filtering share: their settings, and where buffers of a number a voxel, x
+// fastest, have the voxels of a line along an axis.
+
+#define_import_path bevy_contextual_ao::voxel_lines
+
+struct Filtering {
+    // Number of voxels.
+    dimensions: vec3<u32>,
+    // ESTIMATE_*
+    estimate: u32,
+    // Half the width of the box around a voxel, without the voxel itself, voxels.
+    radii: vec3<u32>,
+    // 1: density is intensity, of which these are the one of density 0, as the texture gives it, and the
+    // density per unit of it. Otherwise opacity.
+    is_of_intensities: u32,
+    lowest: f32,
+    per_intensity: f32,
+    // What factors are multiplied by.
+    brightness: f32,
+    // Variance, or gradient, from which on a voxel keeps all its opacity.
+    threshold: f32,
+}
+
+const ESTIMATE_CHEBYSHEV: u32 = 0u;
+const ESTIMATE_POWER: u32 = 1u;
+const ESTIMATE_GAUSSIAN: u32 = 2u;
+
+// Not a uniform: Mesa's software driver (22.3) compiles loops that end at one anew for each of its values, and
+// fails.
+@group(1) @binding(1) var<storage, read> filtering: Filtering;
+
+// Distances in a buffer between neighbours along each axis.
+fn strides() -> vec3<u32> {
+    return vec3(1u, filtering.dimensions.x, filtering.dimensions.x * filtering.dimensions.y);
+}
+
+fn number_of_voxels() -> u32 {
+    return filtering.dimensions.x * filtering.dimensions.y * filtering.dimensions.z;
+}
+
+fn voxel_at(index: u32) -> vec3<u32> {
+    let strides = strides();
+    return vec3(index % strides.y, (index / strides.y) % filtering.dimensions.y, index / strides.z);
+}
+
+// Voxels along an axis: where the first one is, the distance between neighbours, their number.
+struct VoxelLine {
+    first: u32,
+    stride: u32,
+    length: u32,
+}
+
+fn number_of_lines(axis: u32) -> u32 {
+    return number_of_voxels() / filtering.dimensions[axis];
+}
+
+// Neighbouring lines begin at neighbouring voxels: along y and z invocations side by side read side by side.
+fn voxel_line(axis: u32, number: u32) -> VoxelLine {
+    let strides = strides();
+    let near = select(0u, 1u, axis == 0u);
+    let far = select(2u, 1u, axis == 2u);
+    let count = filtering.dimensions[near];
+    let first = (number % count) * strides[near] + (number / count) * strides[far];
+    return VoxelLine(first, strides[axis], filtering.dimensions[axis]);
+}
