@@ -84,9 +84,14 @@ impl CountingScene {
         Ok(self.load(options)?.map(|parts| Stage::new(parts, options.image_size())))
     }
 
-    /// What the scene is made of, with the paper's 54 rays; `None`, with a line that says so, where its
-    /// file is absent.
+    /// What the scene is made of, as [`Self::load_halved`], at half the resolution where that was asked for.
     pub fn load(self, options: &Options) -> Result<Option<SceneParts>, String> {
+        self.load_halved(options.quick.into())
+    }
+
+    /// What the scene is made of, with the paper's 54 rays, its volume halved so often; `None`, with a line
+    /// that says so, where its file is absent.
+    pub fn load_halved(self, halvings: u32) -> Result<Option<SceneParts>, String> {
         let recipe = self.recipe();
         let path = volumes_folder().join(recipe.file);
         if !path.exists() {
@@ -98,7 +103,7 @@ impl CountingScene {
         let [from, to] = recipe.ramp.map(|value| (low + f64::from(value) / 255.0 * (high - low)) as f32);
         let function = TransferFunction::ramp(from, to, recipe.opacity, BONE);
         let mut function = function.map_err(|error| error.to_string())?;
-        let volume = if options.quick { volume.halved() } else { volume };
+        let volume = (0..halvings).fold(volume, |volume, _| volume.halved());
         // Opacity is that of a step, of one voxel.
         let step_mm = volume.spacing_mm().min_element();
         function.opacity_unit_distance_mm = step_mm;
@@ -130,7 +135,7 @@ pub fn ball(geometry: &VolumeGeometry, of_extent: DVec3, radius: f64) -> Carver 
 }
 
 /// A place in the grid's extent, mm from the volume's centre.
-fn place(geometry: &VolumeGeometry, of_extent: DVec3) -> Vec3 {
+pub fn place(geometry: &VolumeGeometry, of_extent: DVec3) -> Vec3 {
     let voxel = of_extent * geometry.dimensions.as_dvec3() - 0.5;
     geometry.local_from_voxel.transform_point3(voxel).as_vec3()
 }

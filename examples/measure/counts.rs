@@ -91,18 +91,7 @@ pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
 
 /// A slightly different transfer function: all occlusion is invalid.
 fn count_edit(stage: &mut Stage) -> Work {
-    let volume = stage.scene.volume;
-    let edit = |stage: &mut Stage| {
-        let world = stage.headless.app.world_mut();
-        let handle = world.get::<VolumeTransferFunction>(volume).map(|function| function.0.clone());
-        let mut functions = world.resource_mut::<Assets<TransferFunction>>();
-        if let Some(mut function) = handle.and_then(|handle| functions.get_mut(&handle)) {
-            function.points[0].value += 0.01;
-        }
-        // The renderer hears of an asset a frame after it was changed.
-        stage.headless.frame();
-    };
-    stage.count(edit)
+    stage.count(|stage| stage.edit_transfer_function(0.01))
 }
 
 /// Bytes on the device that go away with the volume, without its intensities.

@@ -55,7 +55,7 @@ pub fn run(options: &Options) -> Result<(), String> {
 
 /// 4096 rays, or as many as Mesa's software driver casts: it ends a shader's loops after 65,535 rounds
 /// in all without a word, and an invocation casts half of all rays where 64 share 32 voxels.
-fn most_rays(stage: &Stage) -> u32 {
+pub fn most_rays(stage: &Stage) -> u32 {
     if stage.headless.is_software() { (2 * 65_535 / (stage.occlusion().steps + 1)).min(4096) } else { 4096 }
 }
 

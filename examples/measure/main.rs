@@ -6,6 +6,7 @@ mod common;
 
 mod ablation;
 mod carve;
+mod chart;
 mod counting;
 mod counts;
 mod directions;
@@ -25,6 +26,7 @@ use common::{
     stability::{self, Group},
 };
 use counting::CountingScene;
+use std::path::PathBuf;
 
 /// Measures carve frames.
 #[derive(Parser)]
@@ -58,6 +60,12 @@ struct Options {
     /// Does not compare with LAO, which is slow.
     #[arg(long)]
     no_check: bool,
+    /// Where --chart and --plot write.
+    #[arg(long, default_value = "charts")]
+    out: PathBuf,
+    /// With --chart: how often volumes and images are halved [default: 1, with --quick 2].
+    #[arg(long)]
+    halvings: Option<u32>,
     /// Other scenes than the given one at half their resolution, in small images.
     #[arg(long)]
     quick: bool,
@@ -99,6 +107,13 @@ struct Instead {
     /// estimates, in CT of a head and of a torso.
     #[arg(long)]
     filtering: bool,
+    /// Speed against accuracy of every occlusion method: chart.csv, and charts of carve frames, frames at rest
+    /// and frames after an edit of the transfer function (20 minutes on a software driver).
+    #[arg(long)]
+    chart: bool,
+    /// Draws the charts again from a chart.csv.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
 }
 
 impl Options {
@@ -129,6 +144,10 @@ fn main() -> Result<(), String> {
         tables::run(&options)
     } else if instead.filtering {
         filtering::run(&options)
+    } else if instead.chart {
+        chart::run(&options)
+    } else if let Some(file) = &instead.plot {
+        chart::plot_again(file, &options.out)
     } else {
         carve::run(&options)
     }

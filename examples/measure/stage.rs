@@ -89,14 +89,6 @@ impl Stage {
         self.headless.set_mode(self.scene.volume, mode);
     }
 
-    /// Changes the directions of the rays.
-    pub fn set_pattern(&mut self, pattern: RayPattern) {
-        let volume = self.scene.volume;
-        if let Some(mut occlusion) = self.world().get_mut::<AmbientOcclusion>(volume) {
-            occlusion.pattern = pattern;
-        }
-    }
-
     /// Changes what work is left out.
     pub fn set_shortcuts(&mut self, shortcuts: Shortcuts) {
         self.world().insert_resource(shortcuts);
@@ -105,9 +97,16 @@ impl Stage {
     /// Changes how the volume is shaded and runs frames until all is there that does not change from
     /// frame to frame.
     pub fn prepare(&mut self, mode: ShadingMode, pattern: RayPattern) -> Result<(), String> {
+        let occlusion = AmbientOcclusion { pattern, ..self.occlusion() };
+        self.prepare_with(mode, occlusion)
+    }
+
+    /// The same, for all settings of occlusion.
+    pub fn prepare_with(&mut self, mode: ShadingMode, occlusion: AmbientOcclusion) -> Result<(), String> {
         // What recomputes everything in every frame has nothing to get ready.
         self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
-        self.set_pattern(pattern);
+        let volume = self.scene.volume;
+        self.world().entity_mut(volume).insert(occlusion);
         self.headless.until_ready(self.scene.volume)?;
         self.set_mode(mode);
         Ok(())
@@ -136,15 +135,33 @@ impl Stage {
         self.world().entity_mut(camera).insert(pose);
     }
 
+    /// Shifts the transfer function's first point: all occlusion is invalid in the next frame.
+    pub fn edit_transfer_function(&mut self, by: f32) {
+        let volume = self.scene.volume;
+        let world = self.world();
+        let handle = world.get::<VolumeTransferFunction>(volume).map(|function| function.0.clone());
+        let mut functions = world.resource_mut::<Assets<TransferFunction>>();
+        if let Some(mut function) = handle.and_then(|handle| functions.get_mut(&handle)) {
+            function.points[0].value += by;
+        }
+        // The renderer hears of an asset a frame after it was changed.
+        self.headless.frame();
+    }
+
+    /// The milliseconds of one frame.
+    pub fn frame_ms(&mut self) -> f64 {
+        let begin = Instant::now();
+        self.headless.frame();
+        begin.elapsed().as_secs_f64() * 1e3
+    }
+
     /// Times frames, before each of which `change` is made.
     pub fn time(&mut self, frames: u32, mut change: impl FnMut(&mut Self, u32)) -> Vec<FrameTimes> {
         let mut times: Vec<FrameTimes> = Vec::new();
         let mut before = PassLog::default();
         for frame in 0..frames {
             change(self, frame);
-            let begin = Instant::now();
-            self.headless.frame();
-            let total = begin.elapsed().as_secs_f64() * 1e3;
+            let total = self.frame_ms();
             // What passes took is known one frame later.
             self.read_passes(times.last_mut(), &mut before);
             times.push(FrameTimes { total, ..default() });

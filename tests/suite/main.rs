@@ -14,6 +14,7 @@ mod awkward_data;
 mod awkward_meshes;
 mod awkward_poses;
 mod broken_files;
+mod chart;
 mod drawing;
 mod exact;
 mod faults;

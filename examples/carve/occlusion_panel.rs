@@ -1,0 +1,132 @@
+//! The part of the panel that says how ambient occlusion is computed.
+
+use bevy::prelude::*;
+use bevy_contextual_ao::{
+    occlusion::{
+        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
+        ProgressiveRays, ScreenSpaceOcclusion,
+    },
+    prelude::*,
+};
+use bevy_egui::egui::{ComboBox, Slider, Ui};
+
+const MAX_RAYS: u32 = 512;
+const MAX_STEPS: u32 = 100;
+const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
+const RADIUS_MM: core::ops::RangeInclusive<f32> = 1.0..=60.0;
+
+pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
+    let mut new = occlusion.clone();
+    ComboBox::from_label("method").selected_text(new.method.name()).show_ui(ui, |ui| {
+        for method in OcclusionMethod::all() {
+            let is_chosen = method.name() == new.method.name();
+            if ui.selectable_label(is_chosen, method.name()).clicked() && !is_chosen {
+                new.method = method;
+            }
+        }
+    });
+    match &mut new.method {
+        OcclusionMethod::Rays => show_rays(ui, &mut new),
+        OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, kept_on_change }) => {
+            ui.add(Slider::new(rays_per_frame, 1..=64).logarithmic(true).text("rays a frame"));
+            ui.add(Slider::new(kept_on_change, 0.0..=0.99).text("kept on change"));
+            show_rays(ui, &mut new);
+        }
+        OcclusionMethod::Sweeping(sweeping) => {
+            show_sweeping(ui, sweeping);
+            show_sky(ui, &mut new.sky);
+        }
+        OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering),
+        OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen),
+        OcclusionMethod::Direct(direct) => show_direct(ui, direct),
+    }
+    // Any change restarts the computation.
+    occlusion.set_if_neq(new);
+}
+
+fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
+    let rays = new.pattern.rays();
+    let patterns = [
+        RayPattern::Neighborhood6,
+        RayPattern::Neighborhood14,
+        RayPattern::Neighborhood26,
+        RayPattern::Rubik54,
+        RayPattern::Sphere512,
+        // Of as many rays as there are now.
+        RayPattern::Fibonacci(rays),
+    ];
+    let name = |pattern: RayPattern| match pattern {
+        RayPattern::Fibonacci(_) => "fibonacci".into(),
+        pattern => pattern.to_string(),
+    };
+    ComboBox::from_label("ray pattern").selected_text(name(new.pattern)).show_ui(ui, |ui| {
+        for pattern in patterns {
+            ui.selectable_value(&mut new.pattern, pattern, name(pattern));
+        }
+    });
+    if let RayPattern::Fibonacci(rays) = &mut new.pattern {
+        ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
+    }
+    ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
+    ui.add(Slider::new(&mut new.step_mm, STEP_MM).logarithmic(true).text("step, mm"));
+    let mut is_half = new.resolution == OcclusionResolution::Half;
+    ui.checkbox(&mut is_half, "half resolution");
+    new.resolution = if is_half { OcclusionResolution::Half } else { OcclusionResolution::Full };
+    show_sky(ui, &mut new.sky);
+}
+
+/// An even sky, or a cloudy one in a direction of the grid.
+fn show_sky(ui: &mut Ui, sky: &mut Sky) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("light from");
+        ui.selectable_value(sky, Sky::default(), "all sides");
+        for (name, axis) in [("+x", Vec3::X), ("-x", Vec3::NEG_X), ("+y", Vec3::Y), ("-y", Vec3::NEG_Y)] {
+            ui.selectable_value(sky, Sky::above(axis), name);
+        }
+        for (name, axis) in [("+z", Vec3::Z), ("-z", Vec3::NEG_Z)] {
+            ui.selectable_value(sky, Sky::above(axis), name);
+        }
+    });
+}
+
+fn show_sweeping(ui: &mut Ui, sweeping: &mut OcclusionSweeping) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("geometry term");
+        ui.selectable_value(&mut sweeping.geometry_term, GeometryTerm::None, "none");
+        ui.selectable_value(&mut sweeping.geometry_term, GeometryTerm::Cosine, "cosine");
+        ui.selectable_value(&mut sweeping.geometry_term, GeometryTerm::BothSides, "both sides");
+    });
+    ui.add(Slider::new(&mut sweeping.opacity, 0.0..=1.0).text("opacity"));
+    ui.add(Slider::new(&mut sweeping.gamma, 0.5..=4.0).text("gamma"));
+}
+
+fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
+    ui.horizontal_wrapped(|ui| {
+        ui.selectable_value(&mut filtering.estimate, DensityEstimate::Chebyshev, "Chebyshev");
+        ui.selectable_value(&mut filtering.estimate, DensityEstimate::Power, "power");
+        ui.selectable_value(&mut filtering.estimate, DensityEstimate::Gaussian, "Gaussian");
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.label("of the");
+        ui.selectable_value(&mut filtering.density, DensitySource::Opacity, "opacity");
+        ui.selectable_value(&mut filtering.density, DensitySource::Intensity, "intensity");
+    });
+    ui.add(Slider::new(&mut filtering.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
+    ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
+}
+
+fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion) {
+    ui.add(Slider::new(&mut screen.opacity_threshold, 0.01..=1.0).text("opacity threshold"));
+    ui.add(Slider::new(&mut screen.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
+    ui.add(Slider::new(&mut screen.bias_mm, 0.0..=5.0).text("bias, mm"));
+    let samples = 1..=ScreenSpaceOcclusion::MOST_SAMPLES;
+    ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
+    ui.checkbox(&mut screen.blur, "blur");
+}
+
+fn show_direct(ui: &mut Ui, direct: &mut DirectOcclusion) {
+    ui.add(Slider::new(&mut direct.aperture_degrees, 1.0..=89.0).text("aperture, degrees"));
+    ui.add(Slider::new(&mut direct.samples, 1..=DirectOcclusion::MOST_SAMPLES).text("samples along a side"));
+    ui.add(Slider::new(&mut direct.slice_voxels, 0.25..=4.0).text("slice, voxels"));
+    ui.checkbox(&mut direct.exact_distance, "exact distance");
+}

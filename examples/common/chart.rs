@@ -1,0 +1,209 @@
+//! What a chart of speed against accuracy is made of: rows, kept as comma-separated values, and the Pareto
+//! front.
+
+use std::{collections::HashMap, str::FromStr};
+
+/// Kinds of frames that are timed: after a carver moved, with nothing changed, after an edit of the transfer
+/// function.
+pub const KINDS: [&str; 3] = ["carve", "rest", "edit"];
+
+/// One setting of one method in one scene. Errors are root mean squares, of a range from 0 to 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    pub scene: String,
+    /// Number along each axis.
+    pub voxels: [u32; 3],
+    /// Width and height of the image.
+    pub pixels: [u32; 2],
+    /// The method.
+    pub family: String,
+    /// A short name of the setting, with that of the method.
+    pub label: String,
+    /// What light the true occlusion was computed for: rows of different light are not compared.
+    pub light: String,
+    /// How often each kind of frame was timed.
+    pub frames: u32,
+    /// Median milliseconds of each of [`KINDS`].
+    pub ms: [f64; 3],
+    /// The same without any occlusion: clipping and drawing alone.
+    pub solid_ms: [f64; 3],
+    /// Of a carve frame of the dense local ambient occlusion of 54 rays, as published.
+    pub dense_ms: f64,
+    /// Against very many rays, over the voxels that the image reads. None of methods that know no voxels.
+    pub voxel_error: Option<f64>,
+    /// How many voxels that is.
+    pub voxels_compared: u64,
+    /// Against the image of very many rays, over all pixels and colours.
+    pub image_error: Option<f64>,
+    /// What the method itself estimates, where that is something else.
+    pub own_definition: String,
+    /// Error of its voxels against that.
+    pub own_voxel_error: Option<f64>,
+    /// Error of its image against that.
+    pub own_image_error: Option<f64>,
+}
+
+const COLUMNS: [&str; 23] = [
+    "scene",
+    "voxels",
+    "pixels",
+    "family",
+    "label",
+    "light",
+    "frames",
+    "carve_ms",
+    "rest_ms",
+    "edit_ms",
+    "solid_carve_ms",
+    "solid_rest_ms",
+    "solid_edit_ms",
+    "dense_lao_ms",
+    "carve_relative",
+    "rest_relative",
+    "edit_relative",
+    "voxel_rms",
+    "voxels_compared",
+    "image_rms",
+    "own_definition",
+    "own_voxel_rms",
+    "own_image_rms",
+];
+
+impl Row {
+    /// Time of a kind of frame, of that of dense local ambient occlusion.
+    pub fn relative(&self, kind: usize) -> f64 {
+        self.ms[kind] / self.dense_ms
+    }
+
+    fn cells(&self) -> [String; COLUMNS.len()] {
+        let [carve, rest, edit] = self.ms.map(number);
+        let [solid_carve, solid_rest, solid_edit] = self.solid_ms.map(number);
+        let [carve_relative, rest_relative, edit_relative] =
+            [0, 1, 2].map(|kind| number(self.relative(kind)));
+        let optional = |value: Option<f64>| value.map(number).unwrap_or_default();
+        [
+            text(&self.scene),
+            product(&self.voxels),
+            product(&self.pixels),
+            text(&self.family),
+            text(&self.label),
+            text(&self.light),
+            self.frames.to_string(),
+            carve,
+            rest,
+            edit,
+            solid_carve,
+            solid_rest,
+            solid_edit,
+            number(self.dense_ms),
+            carve_relative,
+            rest_relative,
+            edit_relative,
+            optional(self.voxel_error),
+            self.voxels_compared.to_string(),
+            optional(self.image_error),
+            text(&self.own_definition),
+            optional(self.own_voxel_error),
+            optional(self.own_image_error),
+        ]
+    }
+
+    fn read(cells: &HashMap<&str, &str>) -> Result<Self, String> {
+        let text =
+            |name: &str| cells.get(name).copied().ok_or_else(|| format!("there is no column `{name}`"));
+        let number = |name: &str| parse::<f64>(name, text(name)?);
+        let optional = |name: &str| if text(name)?.is_empty() { Ok(None) } else { number(name).map(Some) };
+        let owned = |name: &str| text(name).map(str::to_owned);
+        Ok(Self {
+            scene: owned("scene")?,
+            voxels: parse_product("voxels", text("voxels")?)?,
+            pixels: parse_product("pixels", text("pixels")?)?,
+            family: owned("family")?,
+            label: owned("label")?,
+            light: owned("light")?,
+            frames: parse("frames", text("frames")?)?,
+            ms: [number("carve_ms")?, number("rest_ms")?, number("edit_ms")?],
+            solid_ms: [number("solid_carve_ms")?, number("solid_rest_ms")?, number("solid_edit_ms")?],
+            dense_ms: number("dense_lao_ms")?,
+            voxel_error: optional("voxel_rms")?,
+            voxels_compared: parse("voxels_compared", text("voxels_compared")?)?,
+            image_error: optional("image_rms")?,
+            own_definition: owned("own_definition")?,
+            own_voxel_error: optional("own_voxel_rms")?,
+            own_image_error: optional("own_image_rms")?,
+        })
+    }
+}
+
+/// Rows as text: a comment that says where they are from, the columns' names, a line per row.
+pub fn to_csv(rows: &[Row], device: &str) -> String {
+    let lines = rows.iter().map(|row| row.cells().join(","));
+    let head = [format!("# {}", device.replace('\n', " ")), COLUMNS.join(",")];
+    head.into_iter().chain(lines).map(|line| line + "\n").collect()
+}
+
+/// Rows from text, and the comment; columns may come in any order.
+pub fn from_csv(csv: &str) -> Result<(Vec<Row>, String), String> {
+    let comment = csv.lines().find_map(|line| line.strip_prefix('#')).unwrap_or_default();
+    let mut lines = csv.lines().enumerate().filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let (_, head) = lines.next().ok_or("there are no columns")?;
+    let columns: Vec<&str> = head.split(',').collect();
+    let rows = lines.map(|(index, line)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let in_line = |problem: String| format!("line {}: {problem}", index + 1);
+        if cells.len() != columns.len() {
+            return Err(in_line(format!("{} cells in {} columns", cells.len(), columns.len())));
+        }
+        Row::read(&columns.iter().copied().zip(cells).collect()).map_err(in_line)
+    });
+    Ok((rows.collect::<Result<_, _>>()?, comment.trim().to_owned()))
+}
+
+/// A microsecond, or a millionth, is enough.
+fn number(value: f64) -> String {
+    format!("{value:.6}")
+}
+
+/// Cells have no quotes: no commas either.
+fn text(text: &str) -> String {
+    text.replace(',', ";").replace('\n', " ")
+}
+
+fn product(factors: &[u32]) -> String {
+    factors.iter().map(u32::to_string).collect::<Vec<_>>().join("x")
+}
+
+fn parse<T: FromStr>(name: &str, cell: &str) -> Result<T, String> {
+    cell.parse().map_err(|_| format!("{name}: `{cell}` is not a number"))
+}
+
+fn parse_product<const N: usize>(name: &str, cell: &str) -> Result<[u32; N], String> {
+    let factors = cell.split('x').map(|factor| parse(name, factor)).collect::<Result<Vec<u32>, _>>()?;
+    factors.try_into().map_err(|_| format!("{name}: `{cell}` has not {N} numbers"))
+}
+
+/// Of points whose coordinates are better the lower they are, those than which no other is better or as good
+/// in both; from left to right. What is not finite is left out; of points in one place the first counts.
+pub fn pareto_front(points: &[[f64; 2]]) -> Vec<usize> {
+    let is_finite = |index: &usize| points[*index].iter().all(|value| value.is_finite());
+    let mut order: Vec<usize> = (0..points.len()).filter(is_finite).collect();
+    order.sort_by(|&a, &b| {
+        let by = |axis: usize| points[a][axis].total_cmp(&points[b][axis]);
+        by(0).then(by(1))
+    });
+    let mut lowest = f64::INFINITY;
+    order.retain(|&index| {
+        let is_lower = points[index][1] < lowest;
+        lowest = lowest.min(points[index][1]);
+        is_lower
+    });
+    order
+}
+
+/// Root mean square of differences, and how many there are; `None` of none.
+pub fn rms(differences: impl IntoIterator<Item = f64>) -> (Option<f64>, u64) {
+    let (sum, count) = differences
+        .into_iter()
+        .fold((0.0, 0u64), |(sum, count), difference| (sum + difference * difference, count + 1));
+    ((count > 0).then(|| (sum / count as f64).sqrt()), count)
+}

@@ -1,0 +1,261 @@
+//! How far each setting's occlusion and image are from those of very many rays, after a carver moved, and from
+//! what the method itself defines.
+
+use bevy::prelude::*;
+use bevy_contextual_ao::{
+    prelude::*,
+    render::{VolumeTexture, VoxelMask},
+};
+
+use super::{
+    definitions::Definitions,
+    methods::{Own, Setting},
+};
+use crate::{
+    common::{chart::rms, headless::voxel_at},
+    directions::most_rays,
+    stage::Stage,
+};
+
+/// Frames of which the errors are taken: each follows a step of the carver, whose last step leads to where it
+/// was spawned. Only what lags behind is different from frame to frame.
+const STEPS: u32 = 2;
+
+/// The root mean square errors of a setting, of a range from 0 to 1.
+#[derive(Clone, Default)]
+pub struct Errors {
+    pub voxels: Option<f64>,
+    pub voxels_compared: u64,
+    pub image: Option<f64>,
+    pub own_definition: String,
+    pub own_voxels: Option<f64>,
+    pub own_image: Option<f64>,
+}
+
+/// What a setting makes of a frame.
+struct Shot {
+    /// Occlusion as drawn of the voxels that the image reads; nothing of methods that know no voxels.
+    occlusion: Vec<Option<f32>>,
+    image: Vec<u8>,
+}
+
+/// Finds the errors of settings in one scene.
+pub struct Accuracy {
+    /// With very many rays, light from all around: one per step of the carver, the last one first.
+    truths: Vec<Shot>,
+    /// The same with light from above, and what light that is.
+    sky: Option<(Sky, Shot)>,
+    true_rays: u32,
+    definitions: Definitions,
+    /// How much light comes through the whole volume, once it is known.
+    whole_volume: Option<Vec<f64>>,
+    /// Images of methods with their best settings.
+    better: Vec<(AmbientOcclusion, Shot)>,
+    /// What was found: dense and contextual occlusion are the same.
+    known: Vec<(AmbientOcclusion, Errors)>,
+}
+
+impl Accuracy {
+    /// Casts very many rays.
+    pub fn new(stage: &mut Stage) -> Result<Self, String> {
+        let true_rays = most_rays(stage);
+        let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(true_rays), ..stage.occlusion() };
+        // All in the first frame: it takes many times as long as all others.
+        stage.carve(STEPS - 1);
+        let mut truths = vec![shot(stage, &occlusion)?];
+        for step in (0..STEPS - 1).rev() {
+            truths.insert(0, step_shot(stage, step));
+        }
+        let opacities = stage.headless.voxels(stage.scene.volume, VolumeTexture::Opacities);
+        let known = (0..).zip(&truths[0].occlusion).filter_map(|(index, value)| value.map(|_| index));
+        let definitions = Definitions::new(opacities, stage.scene.geometry, known.collect());
+        let (sky, whole_volume, better, known) = (None, None, Vec::new(), Vec::new());
+        Ok(Self { truths, sky, true_rays, definitions, whole_volume, better, known })
+    }
+
+    /// The errors of a setting.
+    pub fn of(&mut self, stage: &mut Stage, setting: &Setting) -> Result<Errors, String> {
+        if setting.is_solid() {
+            return Ok(Errors::default());
+        }
+        if let Some((_, errors)) = self.known.iter().find(|(occlusion, _)| *occlusion == setting.occlusion) {
+            return Ok(errors.clone());
+        }
+        let found = shots(stage, &setting.occlusion, setting.frames_to_settle())?;
+        let mut errors = Errors::default();
+        if setting.occlusion.sky == Sky::default() {
+            (errors.voxels, errors.voxels_compared) = voxel_error(&found, &self.truths);
+            errors.image = image_error(&found, &self.truths);
+        } else {
+            let truth = [self.under_sky(stage, setting.occlusion.sky)?];
+            (errors.voxels, errors.voxels_compared) = voxel_error(&found[..1], truth);
+            errors.image = image_error(&found[..1], truth);
+        }
+        if !setting.has_voxels() {
+            (errors.voxels, errors.voxels_compared) = (None, 0);
+        }
+        self.add_own(stage, setting, &found, &mut errors)?;
+        self.known.push((setting.occlusion.clone(), errors.clone()));
+        Ok(errors)
+    }
+
+    /// The truth with another light.
+    fn under_sky(&mut self, stage: &mut Stage, sky: Sky) -> Result<&Shot, String> {
+        if self.sky.as_ref().is_none_or(|(known, _)| *known != sky) {
+            let AmbientOcclusion { steps, step_mm, .. } = stage.occlusion();
+            let pattern = RayPattern::Fibonacci(self.true_rays);
+            let occlusion = AmbientOcclusion { pattern, steps, step_mm, sky, ..default() };
+            stage.carve(0);
+            self.sky = Some((sky, shot(stage, &occlusion)?));
+        }
+        self.sky.as_ref().map(|(_, shot)| shot).ok_or_else(|| "there is no image".to_owned())
+    }
+
+    fn add_own(
+        &mut self,
+        stage: &mut Stage,
+        setting: &Setting,
+        found: &[Shot],
+        errors: &mut Errors,
+    ) -> Result<(), String> {
+        match &setting.own {
+            Own::Rays => {}
+            Own::AllRays => {
+                let all = AmbientOcclusion { method: OcclusionMethod::Rays, ..setting.occlusion.clone() };
+                let all = shots(stage, &all, 0)?;
+                errors.own_definition = format!("{} in the same frame", setting.occlusion.pattern);
+                errors.own_voxels = voxel_error(found, &all).0;
+                errors.own_image = image_error(found, &all);
+            }
+            Own::NotDenser => {
+                if let OcclusionMethod::Filtering(filtering) = setting.occlusion.method {
+                    errors.own_definition = "share of voxels not denser".to_owned();
+                    errors.own_voxels =
+                        self.defined_error(&found[0], &self.definitions.not_denser(filtering));
+                }
+            }
+            Own::WholeVolume => {
+                if let OcclusionMethod::Sweeping(sweeping) = setting.occlusion.method {
+                    errors.own_definition = format!("light through all; gamma {}", sweeping.gamma);
+                    let light = self.whole_volume.take().unwrap_or_else(|| self.definitions.whole_volume());
+                    let power = 1.0 / f64::from(sweeping.gamma);
+                    let defined: Vec<f64> = light.iter().map(|light| light.powf(power)).collect();
+                    self.whole_volume = Some(light);
+                    errors.own_voxels = self.defined_error(&found[0], &defined);
+                }
+            }
+            Own::Better(method) => {
+                let better = AmbientOcclusion { method: *method, ..setting.occlusion.clone() };
+                errors.own_definition = "most samples".to_owned();
+                errors.own_image = image_error(&found[..1], [self.better_shot(stage, &better)?]);
+            }
+        }
+        Ok(())
+    }
+
+    /// What the best settings show: it may take very long, and several settings have the same best.
+    fn better_shot(&mut self, stage: &mut Stage, better: &AmbientOcclusion) -> Result<&Shot, String> {
+        let known = self.better.iter().position(|(occlusion, _)| occlusion == better);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                stage.carve(0);
+                self.better.push((better.clone(), shot(stage, better)?));
+                self.better.len() - 1
+            }
+        };
+        Ok(&self.better[index].1)
+    }
+
+    /// Against values of the voxels that were evaluated.
+    fn defined_error(&self, found: &Shot, defined: &[f64]) -> Option<f64> {
+        let pairs = self.definitions.voxels.iter().zip(defined);
+        rms(pairs.filter_map(|(&voxel, defined)| Some(f64::from(found.occlusion[voxel]?) - defined))).0
+    }
+}
+
+/// Renders the frames after steps of the carver, each from what was there before; the last one first.
+fn shots(stage: &mut Stage, occlusion: &AmbientOcclusion, settle: u32) -> Result<Vec<Shot>, String> {
+    stage.carve(STEPS);
+    stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
+    stage.headless.frames(settle);
+    let mut shots = Vec::new();
+    for step in (0..STEPS).rev() {
+        shots.insert(0, step_shot(stage, step));
+    }
+    Ok(shots)
+}
+
+/// Renders the frame in which the carver takes a step.
+fn step_shot(stage: &mut Stage, step: u32) -> Shot {
+    stage.carve(step);
+    stage.headless.frame();
+    Shot::take(stage)
+}
+
+/// Renders one frame, everything being computed for it.
+fn shot(stage: &mut Stage, occlusion: &AmbientOcclusion) -> Result<Shot, String> {
+    stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
+    Ok(Shot::take(stage))
+}
+
+impl Shot {
+    /// What the last frame was.
+    fn take(stage: &Stage) -> Self {
+        let (headless, volume) = (&stage.headless, stage.scene.volume);
+        let AmbientOcclusion { method, resolution, .. } = stage.occlusion();
+        let image = headless.image();
+        if !method.is_of_voxels() {
+            return Self { occlusion: Vec::new(), image };
+        }
+        let texels = headless.voxels(volume, VolumeTexture::Occlusion);
+        let casts_rays = matches!(method, OcclusionMethod::Rays | OcclusionMethod::Progressive(_));
+        let valid = if casts_rays {
+            headless.mask(volume, VoxelMask::Valid)
+        } else {
+            vec![true; stage.scene.voxels as usize]
+        };
+        let dimensions = stage.scene.geometry.dimensions;
+        let occlusion = if casts_rays && resolution == OcclusionResolution::Half {
+            (0..dimensions.element_product())
+                .map(|index| half_at(voxel_at(index, dimensions), dimensions, &texels, &valid))
+                .collect()
+        } else {
+            let values = texels.iter().zip(valid);
+            values.map(|(&value, valid)| valid.then_some(f32::from(value) / 255.0)).collect()
+        };
+        Self { occlusion, image }
+    }
+}
+
+/// Occlusion at a voxel's centre, drawn from texels of 2x2x2 voxels; `None` where one of them is not valid,
+/// which the mask has at the texel's first voxel.
+fn half_at(voxel: UVec3, dimensions: UVec3, texels: &[u8], valid: &[bool]) -> Option<f32> {
+    let size = dimensions.map(|voxels| voxels.div_ceil(2));
+    let near = voxel / 2;
+    // The next texel lies on the side on which the voxel is within its own; at the edge it is the same.
+    let side = (voxel % 2).as_ivec3() * 2 - 1;
+    let next = (near.as_ivec3() + side).clamp(IVec3::ZERO, size.as_ivec3() - 1).as_uvec3();
+    let index = |at: UVec3, size: UVec3| ((at.z * size.y + at.y) * size.x + at.x) as usize;
+    (0..8).try_fold(0.0, |sum, k| {
+        let is_next = BVec3::new(k & 1 == 1, k & 2 == 2, k & 4 == 4);
+        let texel = UVec3::select(is_next, next, near);
+        let weight = Vec3::select(is_next, Vec3::splat(0.25), Vec3::splat(0.75)).element_product();
+        let value = f32::from(texels[index(texel, size)]) / 255.0;
+        valid[index(2 * texel, dimensions)].then_some(sum + weight * value)
+    })
+}
+
+/// Over the voxels of all frames that the true images read.
+fn voxel_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> (Option<f64>, u64) {
+    let pairs =
+        found.iter().zip(truth).flat_map(|(found, truth)| found.occlusion.iter().zip(&truth.occlusion));
+    rms(pairs.filter_map(|(found, truth)| Some(f64::from((*found)?) - f64::from((*truth)?))))
+}
+
+/// Over the colours of all pixels of all frames.
+fn image_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<f64> {
+    let bytes = found.iter().zip(truth).flat_map(|(found, truth)| found.image.iter().zip(&truth.image));
+    let colors = bytes.enumerate().filter(|(byte, _)| byte % 4 != 3);
+    rms(colors.map(|(_, (&found, &truth))| (f64::from(found) - f64::from(truth)) / 255.0)).0
+}

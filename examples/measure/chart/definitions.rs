@@ -1,0 +1,117 @@
+//! What methods estimate that do not estimate local ambient occlusion, evaluated as defined, on the CPU, for
+//! some voxels.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{
+    occlusion::{OcclusionFiltering, fibonacci_direction},
+    volume::VolumeGeometry,
+};
+use std::{num::NonZero, thread};
+
+use crate::common::{headless::voxel_at, random::Random};
+
+/// Voxels that are evaluated.
+const VOXELS: usize = 3000;
+/// Directions in which each looks through the whole volume.
+const DIRECTIONS: u32 = 192;
+/// A ray that lets through less of the light ends: half a quantum of a byte.
+const OPAQUE: f64 = 1.0 / 512.0;
+
+/// The opacities of a clipped volume, of a voxel's thickness, and the voxels that are evaluated.
+pub struct Definitions {
+    opacities: Vec<u8>,
+    geometry: VolumeGeometry,
+    /// Indices, each voxel at most once.
+    pub voxels: Vec<usize>,
+}
+
+impl Definitions {
+    /// Chooses voxels at random, the same in every run, from those that may be.
+    pub fn new(opacities: Vec<u8>, geometry: VolumeGeometry, mut from: Vec<usize>) -> Self {
+        let mut random = Random(1);
+        for place in 0..VOXELS.min(from.len()) {
+            let other = place + random.below(from.len() - place);
+            from.swap(place, other);
+        }
+        from.truncate(VOXELS);
+        Self { opacities, geometry, voxels: from }
+    }
+
+    /// The share of the voxels in the box around each that are not denser; beyond the grid nothing is dense.
+    pub fn not_denser(&self, filtering: OcclusionFiltering) -> Vec<f64> {
+        let voxels = f64::from(filtering.radius_mm) / self.geometry.spacing_mm;
+        let radius = voxels.round().clamp(DVec3::ONE, DVec3::splat(OcclusionFiltering::MOST_VOXELS.into()));
+        let radius = radius.as_ivec3();
+        let box_size = (2 * radius + 1).as_i64vec3().element_product();
+        self.evaluate(|voxel| {
+            let density = self.density(voxel);
+            let last = self.geometry.dimensions.as_ivec3() - 1;
+            let (low, high) = ((voxel - radius).max(IVec3::ZERO), (voxel + radius).min(last));
+            let mut denser = 0i64;
+            for z in low.z..=high.z {
+                for y in low.y..=high.y {
+                    let row = self.index(IVec3::new(low.x, y, z));
+                    let row = &self.opacities[row..=row + (high.x - low.x) as usize];
+                    denser += row.iter().filter(|&&opacity| opacity > density).count() as i64;
+                }
+            }
+            1.0 - denser as f64 / box_size as f64
+        })
+    }
+
+    /// The mean of the light that comes from all directions through the whole volume: samples are a voxel
+    /// apart, the first a voxel away.
+    pub fn whole_volume(&self) -> Vec<f64> {
+        let to_voxels = self.geometry.local_from_voxel.matrix3.inverse();
+        let step_mm = self.geometry.spacing_mm.min_element();
+        let steps: Vec<DVec3> =
+            (0..DIRECTIONS).map(|k| to_voxels * (step_mm * fibonacci_direction(k, DIRECTIONS))).collect();
+        let size = self.geometry.dimensions.as_dvec3();
+        self.evaluate(|voxel| {
+            let light = steps.iter().map(|&step| {
+                let (mut p, mut light) = (voxel.as_dvec3() + step, 1.0);
+                while light > OPAQUE && p.cmpgt(DVec3::NEG_ONE).all() && p.cmplt(size).all() {
+                    light *= 1.0 - self.opacity(p);
+                    p += step;
+                }
+                if light > OPAQUE { light } else { 0.0 }
+            });
+            light.sum::<f64>() / f64::from(DIRECTIONS)
+        })
+    }
+
+    /// A value for each voxel, on all processors.
+    fn evaluate(&self, value: impl Fn(IVec3) -> f64 + Sync) -> Vec<f64> {
+        let threads = thread::available_parallelism().map_or(1, NonZero::get);
+        let share = self.voxels.len().div_ceil(threads).max(1);
+        let at = |index: &usize| value(voxel_at(*index as u32, self.geometry.dimensions).as_ivec3());
+        thread::scope(|scope| {
+            let shares = self.voxels.chunks(share);
+            let running: Vec<_> =
+                shares.map(|share| scope.spawn(|| share.iter().map(at).collect::<Vec<_>>())).collect();
+            running.into_iter().flat_map(|thread| thread.join().expect("evaluating does not panic")).collect()
+        })
+    }
+
+    fn index(&self, voxel: IVec3) -> usize {
+        let size = self.geometry.dimensions.as_ivec3();
+        ((voxel.z * size.y + voxel.y) * size.x + voxel.x) as usize
+    }
+
+    /// Of a voxel, 0 beyond the grid.
+    fn density(&self, voxel: IVec3) -> u8 {
+        let is_in = voxel.cmpge(IVec3::ZERO).all() && voxel.cmplt(self.geometry.dimensions.as_ivec3()).all();
+        if is_in { self.opacities[self.index(voxel)] } else { 0 }
+    }
+
+    /// Trilinear, 0 beyond the grid.
+    fn opacity(&self, p: DVec3) -> f64 {
+        let (base, share) = (p.floor(), p - p.floor());
+        let corners = (0..8).map(|k| {
+            let far = IVec3::new(k & 1, k >> 1 & 1, k >> 2);
+            let weight = DVec3::select(far.cmpeq(IVec3::ONE), share, 1.0 - share).element_product();
+            weight * f64::from(self.density(base.as_ivec3() + far))
+        });
+        corners.sum::<f64>() / 255.0
+    }
+}

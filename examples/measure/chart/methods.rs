@@ -1,0 +1,246 @@
+//! The methods of the chart and their settings: one list.
+
+use bevy::prelude::*;
+use bevy_contextual_ao::{
+    occlusion::{
+        DensityEstimate, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
+        ProgressiveRays, ScreenSpaceOcclusion,
+    },
+    prelude::*,
+    volume::VolumeGeometry,
+};
+
+/// A setting of a method.
+#[derive(Clone)]
+pub struct Setting {
+    /// The method, as in the legend.
+    pub family: &'static str,
+    /// A short name.
+    pub label: String,
+    pub mode: ShadingMode,
+    pub shortcuts: Shortcuts,
+    pub occlusion: AmbientOcclusion,
+    pub own: Own,
+}
+
+/// What a method estimates itself, where that is not local ambient occlusion by very many rays.
+#[derive(Clone, PartialEq)]
+pub enum Own {
+    /// That.
+    Rays,
+    /// What all rays of the pattern find, in the same frame.
+    AllRays,
+    /// The share of the voxels in the box around one that are not denser.
+    NotDenser,
+    /// How much light comes from all directions through the whole volume.
+    WholeVolume,
+    /// What the same method shows with better settings.
+    Better(OcclusionMethod),
+}
+
+/// The dense local ambient occlusion whose carve frame is the unit of time.
+pub const DENSE: (&str, &str) = ("dense LAO", "LAO 54");
+/// What is drawn without occlusion.
+pub const SOLID: &str = "no occlusion";
+
+/// What of a scene the settings depend on.
+pub struct SceneScale {
+    /// The scene's own rays.
+    pub occlusion: AmbientOcclusion,
+    pub geometry: VolumeGeometry,
+    /// The highest opacity of a voxel.
+    pub opacity: f32,
+}
+
+impl SceneScale {
+    /// How far rays look, mm.
+    fn reach_mm(&self) -> f32 {
+        self.occlusion.steps as f32 * self.occlusion.step_mm
+    }
+
+    /// Light from above, along the grid's axes.
+    fn sky(&self) -> Sky {
+        Sky::above((self.geometry.local_from_voxel.matrix3.inverse() * Vec3::Y.as_dvec3()).as_vec3())
+    }
+
+    fn of(&self, family: &'static str, label: impl Into<String>, occlusion: AmbientOcclusion) -> Setting {
+        let (mode, shortcuts) = (ShadingMode::Cao, Shortcuts::default());
+        Setting { family, label: label.into(), mode, shortcuts, occlusion, own: Own::Rays }
+    }
+
+    fn by(&self, family: &'static str, label: impl Into<String>, method: OcclusionMethod) -> Setting {
+        self.of(family, label, AmbientOcclusion { method, ..self.occlusion.clone() })
+    }
+
+    fn rays(&self, pattern: RayPattern) -> AmbientOcclusion {
+        AmbientOcclusion { pattern, ..self.occlusion.clone() }
+    }
+
+    /// All settings, the dense local ambient occlusion of 54 rays and drawing alone among them.
+    pub fn settings(&self) -> Vec<Setting> {
+        let mut settings =
+            vec![Setting { mode: ShadingMode::Solid, ..self.of(SOLID, SOLID, self.occlusion.clone()) }];
+        settings.extend(self.dense());
+        settings.extend(self.contextual());
+        settings.extend(self.progressive());
+        settings.extend(self.sweeping());
+        settings.extend(self.filtering());
+        settings.extend(self.screen_space());
+        settings.extend(self.direct());
+        settings
+    }
+
+    fn dense(&self) -> impl Iterator<Item = Setting> {
+        let dense = |pattern| Setting {
+            mode: ShadingMode::Lao,
+            shortcuts: Shortcuts::NONE,
+            ..self.of(DENSE.0, format!("LAO {}", short(pattern)), self.rays(pattern))
+        };
+        PATTERNS.into_iter().map(dense)
+    }
+
+    fn contextual(&self) -> Vec<Setting> {
+        let published = Setting {
+            shortcuts: Shortcuts::NONE,
+            ..self.of("CAO as published", "published 54", self.rays(RayPattern::Rubik54))
+        };
+        let ours = PATTERNS
+            .into_iter()
+            .map(|pattern| self.of("CAO", format!("CAO {}", short(pattern)), self.rays(pattern)));
+        let few = [RayPattern::Fibonacci(14), RayPattern::Fibonacci(36)];
+        let half = few.map(|pattern| {
+            let occlusion = AmbientOcclusion { resolution: OcclusionResolution::Half, ..self.rays(pattern) };
+            self.of("CAO at half resolution", format!("half {}", short(pattern)), occlusion)
+        });
+        let strides = few.map(|pattern| {
+            let base = self.rays(pattern);
+            let occlusion = AmbientOcclusion { steps: base.steps / 2, step_mm: 2.0 * base.step_mm, ..base };
+            self.of("CAO with half the steps", format!("stride {}", short(pattern)), occlusion)
+        });
+        let sky = few.map(|pattern| {
+            let occlusion = AmbientOcclusion { sky: self.sky(), ..self.rays(pattern) };
+            self.of("CAO under a cloudy sky", format!("sky {}", short(pattern)), occlusion)
+        });
+        [published].into_iter().chain(ours).chain(half).chain(strides).chain(sky).collect()
+    }
+
+    fn progressive(&self) -> [Setting; 2] {
+        [1, 4].map(|rays_per_frame| {
+            let method = OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, ..default() });
+            let occlusion = AmbientOcclusion { method, ..self.rays(RayPattern::default()) };
+            let label = format!("progr. {rays_per_frame}");
+            Setting { own: Own::AllRays, ..self.of("progressive rays", label, occlusion) }
+        })
+    }
+
+    fn sweeping(&self) -> [Setting; 3] {
+        let by = |label: &str, geometry_term, gamma| {
+            let settings = OcclusionSweeping { geometry_term, gamma, ..default() };
+            let own = match geometry_term {
+                GeometryTerm::None => Own::WholeVolume,
+                _ => Own::Rays,
+            };
+            Setting { own, ..self.by("sweeping", label, OcclusionMethod::Sweeping(settings)) }
+        };
+        [
+            by("sweep", GeometryTerm::None, 1.0),
+            by("sweep γ2", GeometryTerm::None, 2.0),
+            by("sweep cos", GeometryTerm::Cosine, 1.0),
+        ]
+    }
+
+    fn filtering(&self) -> Vec<Setting> {
+        let estimates = [
+            ("Cheb.", DensityEstimate::Chebyshev),
+            ("power", DensityEstimate::Power),
+            ("Gauss", DensityEstimate::Gaussian),
+        ];
+        let radii = [4.0, 2.0].map(|part| self.reach_mm() / part);
+        let both = estimates.into_iter().flat_map(|estimate| radii.map(|radius_mm| (estimate, radius_mm)));
+        let by = |((name, estimate), radius_mm): (_, f32)| {
+            let settings = OcclusionFiltering { estimate, radius_mm, ..default() };
+            let label = format!("{name} {}", (radius_mm / self.occlusion.step_mm).round());
+            Setting {
+                own: Own::NotDenser,
+                ..self.by("filtering", label, OcclusionMethod::Filtering(settings))
+            }
+        };
+        both.map(by).collect()
+    }
+
+    fn screen_space(&self) -> Vec<Setting> {
+        let by = |(samples, blur)| {
+            let settings = ScreenSpaceOcclusion {
+                // Whatever is half as opaque as the most opaque.
+                opacity_threshold: 0.5 * self.opacity,
+                radius_mm: 0.5 * self.reach_mm(),
+                bias_mm: 0.5 * self.occlusion.step_mm,
+                samples,
+                blur,
+            };
+            let label = format!("SSAO {samples}{}", if blur { " blur" } else { "" });
+            let better = ScreenSpaceOcclusion { samples: 256, blur: false, ..settings };
+            let own = Own::Better(OcclusionMethod::ScreenSpace(better));
+            Setting { own, ..self.by("screen space", label, OcclusionMethod::ScreenSpace(settings)) }
+        };
+        [(16, false), (16, true), (64, false), (64, true)].map(by).into()
+    }
+
+    fn direct(&self) -> Vec<Setting> {
+        let by = |(samples, aperture_degrees)| {
+            let settings = DirectOcclusion { samples, aperture_degrees, ..default() };
+            let label = format!("DOS {samples}×{samples} {aperture_degrees}°");
+            let better = DirectOcclusion { samples: 16, slice_voxels: 0.5, exact_distance: true, ..settings };
+            let own = Own::Better(OcclusionMethod::Direct(better));
+            Setting { own, ..self.by("direct occlusion shading", label, OcclusionMethod::Direct(settings)) }
+        };
+        [(2, 60.0), (5, 60.0), (2, 80.0), (5, 80.0)].map(by).into()
+    }
+}
+
+const PATTERNS: [RayPattern; 8] = [
+    RayPattern::Neighborhood6,
+    RayPattern::Neighborhood14,
+    RayPattern::Neighborhood26,
+    RayPattern::Rubik54,
+    RayPattern::Fibonacci(14),
+    RayPattern::Fibonacci(26),
+    RayPattern::Fibonacci(36),
+    RayPattern::Fibonacci(54),
+];
+
+/// The number of rays; F stands for a Fibonacci lattice.
+fn short(pattern: RayPattern) -> String {
+    match pattern {
+        RayPattern::Fibonacci(rays) => format!("F{rays}"),
+        _ => pattern.rays().to_string(),
+    }
+}
+
+impl Setting {
+    /// Whether a factor is kept for each voxel that can be read back: not those of views, and not those of
+    /// octants that drawing puts together.
+    pub fn has_voxels(&self) -> bool {
+        let method = self.occlusion.method;
+        let of_octants = |method| {
+            matches!(method, OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, .. })
+                if geometry_term != GeometryTerm::None)
+        };
+        method.is_of_voxels() && !of_octants(method) && self.mode.uses_occlusion()
+    }
+
+    /// Frames after a change until nothing more is computed.
+    pub fn frames_to_settle(&self) -> u32 {
+        match self.occlusion.method {
+            OcclusionMethod::Progressive(settings) => {
+                self.occlusion.pattern.rays().div_ceil(settings.rays_per_frame.max(1))
+            }
+            _ => 0,
+        }
+    }
+
+    /// What light the occlusion is of.
+    pub fn light(&self) -> &'static str {
+        if self.occlusion.sky == Sky::default() { "all around" } else { "from above" }
+    }
+}

@@ -1,0 +1,97 @@
+//! Speed against accuracy of every occlusion method, in three scenes: times of frames beside those of a dense
+//! local ambient occlusion, errors against very many rays. Measuring writes rows; plotting reads rows only.
+
+mod accuracy;
+mod canvas;
+mod definitions;
+mod labels;
+mod methods;
+mod panel;
+mod plot;
+mod scenes;
+mod timing;
+
+use bevy_contextual_ao::prelude::*;
+use std::{fs, path::Path, time::Instant};
+
+use crate::{
+    Options,
+    common::{
+        chart::{Row, from_csv, to_csv},
+        scene::SceneParts,
+    },
+    stage::Stage,
+};
+use accuracy::Accuracy;
+use methods::SceneScale;
+
+/// Measures, writes `chart.csv` after each scene, and draws the charts.
+pub fn run(options: &Options) -> Result<(), String> {
+    fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
+    let file = options.out.join("chart.csv");
+    let mut rows = Vec::new();
+    for scene in scenes::load(options)? {
+        let (of_scene, device) = measure(scene, options)?;
+        rows.extend(of_scene);
+        fs::write(&file, to_csv(&rows, &device)).map_err(|error| format!("{}: {error}", file.display()))?;
+    }
+    println!("{}", file.display());
+    plot_again(&file, &options.out)
+}
+
+/// Draws the charts of rows that were written before.
+pub fn plot_again(file: &Path, out: &Path) -> Result<(), String> {
+    let csv = fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let (rows, device) = from_csv(&csv).map_err(|error| format!("{}: {error}", file.display()))?;
+    fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    plot::plot(&rows, &device, out)
+}
+
+/// The rows of a scene, and the device that they were measured on.
+fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), String> {
+    let begin = Instant::now();
+    let opacities = scene.transfer_function.iter().flat_map(|function| &function.points);
+    let opacity = opacities.map(|point| point.opacity).fold(0.0, f32::max);
+    let size = scenes::image_size(options);
+    let mut stage = Stage::new(scene, size);
+    let scale = SceneScale { occlusion: stage.occlusion(), geometry: stage.scene.geometry, opacity };
+    let settings = scale.settings();
+    let name = stage.scene.name.clone();
+
+    let timed = timing::time(&mut stage, &settings, options.frames)?;
+    let solid = settings.iter().position(|setting| setting.is_solid());
+    let dense = settings.iter().position(|setting| setting.is_dense_unit());
+    let (Some(solid), Some(dense)) = (solid, dense) else {
+        return Err("there is nothing to compare with".to_owned());
+    };
+    eprintln!("{name}: timed, {:.0} s", begin.elapsed().as_secs_f64());
+
+    // What the rays of the truth are cast with.
+    stage.prepare_with(ShadingMode::Solid, scale.occlusion.clone())?;
+    let mut accuracy = Accuracy::new(&mut stage)?;
+    let mut rows = Vec::new();
+    for (setting, timed_setting) in settings.iter().zip(&timed) {
+        let errors = accuracy.of(&mut stage, setting)?;
+        rows.push(Row {
+            scene: name.clone(),
+            voxels: scale.geometry.dimensions.to_array(),
+            pixels: size.to_array(),
+            family: setting.family.to_owned(),
+            label: setting.label.clone(),
+            light: setting.light().to_owned(),
+            frames: timed_setting.frames,
+            ms: timed_setting.ms,
+            solid_ms: timed[solid].ms,
+            dense_ms: timed[dense].ms[0],
+            voxel_error: errors.voxels,
+            voxels_compared: errors.voxels_compared,
+            image_error: errors.image,
+            own_definition: errors.own_definition,
+            own_voxel_error: errors.own_voxels,
+            own_image_error: errors.own_image,
+        });
+    }
+    eprintln!("{name}: compared, {:.0} s", begin.elapsed().as_secs_f64());
+    let adapter = stage.adapter();
+    Ok((rows, format!("{}; {} {}", adapter.name, adapter.driver, adapter.driver_info)))
+}

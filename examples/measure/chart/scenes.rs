@@ -1,0 +1,84 @@
+//! The scenes of the chart, one carver each: an opaque surface, a translucent volume, and thin layers.
+
+use bevy::{
+    math::{DAffine3, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{
+        Intensities, Rescale, VolumeGeometry,
+        phantom::{HeadPhantom, head_phantom},
+    },
+};
+
+use crate::{
+    Options,
+    common::scene::SceneParts,
+    counting::{CountingScene, ball, place},
+};
+
+/// Voxels from the phantom's neck to its vertex, not halved.
+const PHANTOM_VOXELS_HIGH: u32 = 192;
+/// Where the phantom's carver and the camera are, of the grid's extent to the right, front and top.
+const PHANTOM_CARVER: DVec3 = DVec3::new(0.68, 0.72, 0.8);
+const PHANTOM_CAMERA: DVec3 = DVec3::new(1.25, 1.85, 1.25);
+/// Below this intensity (Hounsfield units) skin, fat and muscle of the phantom are left out.
+const PHANTOM_FROM: f32 = -28.0;
+
+/// How often volumes and images are halved: both alike, so that methods which work for voxels and those which
+/// work for pixels are to each other as at full size.
+pub fn halvings(options: &Options) -> u32 {
+    options.halvings.unwrap_or(if options.quick { 2 } else { 1 }).min(5)
+}
+
+/// Width and height of the images, pixels.
+pub fn image_size(options: &Options) -> UVec2 {
+    (options.scene.size >> halvings(options)).max(UVec2::ONE)
+}
+
+/// The scenes that there are files for.
+pub fn load(options: &Options) -> Result<Vec<SceneParts>, String> {
+    let halvings = halvings(options);
+    let mut scenes = Vec::new();
+    for scene in [CountingScene::EngineOpaque, CountingScene::MrBrain] {
+        scenes.extend(scene.load_halved(halvings)?);
+    }
+    scenes.push(phantom(PHANTOM_VOXELS_HIGH >> halvings)?);
+    Ok(scenes)
+}
+
+/// The generated head without skin, fat and muscle, its skull opened above the right eye.
+fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
+    let HeadPhantom { dimensions, spacing_mm, values } = head_phantom(voxels_high);
+    let function = include_str!("../../../assets/head_phantom.tf.ron");
+    let mut function = TransferFunction::from_ron(function).map_err(|error| error.to_string())?;
+    for point in function.points.iter_mut().filter(|point| point.value <= PHANTOM_FROM) {
+        point.opacity = 0.0;
+    }
+    // Opacity is that of a voxel.
+    function.opacity_unit_distance_mm = spacing_mm;
+    // Stored values are not negative.
+    let lowest = values.iter().copied().min().unwrap_or_default();
+    let intensities = values.iter().map(|value| value.abs_diff(lowest)).collect();
+    let rescale = Rescale { slope: 1.0, intercept: lowest.into() };
+    let grid_to_patient = DAffine3::from_scale(DVec3::splat(spacing_mm.into()));
+    let volume = Volume::new(dimensions, grid_to_patient, Intensities::U16(intensities), rescale);
+    let volume = volume.map_err(|error| error.to_string())?;
+    let geometry = VolumeGeometry::of(&volume);
+    Ok(SceneParts {
+        name: "phantom".to_owned(),
+        volume,
+        transfer_function: Some(function),
+        occlusion: AmbientOcclusion {
+            pattern: RayPattern::Rubik54,
+            steps: 20,
+            step_mm: spacing_mm,
+            ..default()
+        },
+        shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
+        carvers: vec![ball(&geometry, PHANTOM_CARVER, 0.28)],
+        camera: place(&geometry, PHANTOM_CAMERA),
+        fov: 2.0 * 0.5f32.atan().to_degrees(),
+    })
+}

@@ -1,0 +1,84 @@
+//! How long each setting takes: all in turn, round by round, because a machine's speed varies.
+
+use bevy_contextual_ao::{diagnostics::TimePassesByClock, prelude::*};
+use std::time::Instant;
+
+use super::methods::{DENSE, SOLID, Setting};
+use crate::{figures::median, stage::Stage};
+
+/// Slow settings are timed as often as fits into this; all at least once.
+const SECONDS_PER_SETTING: f64 = 3.0;
+/// Rounds in which the unit of time is measured whatever it takes.
+const DENSE_ROUNDS: usize = 3;
+/// By how much the transfer function's first point is shifted, the file's units.
+const EDIT: f32 = 0.01;
+
+/// Medians of all kinds of frames, milliseconds, and how many each is of.
+#[derive(Clone, Copy)]
+pub struct Timed {
+    pub ms: [f64; 3],
+    pub frames: u32,
+}
+
+/// Times all settings in up to so many rounds.
+pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<Timed>, String> {
+    // Waiting for each pass slows frames down.
+    stage.headless.app.insert_resource(TimePassesByClock(false));
+    let mut visits = vec![Vec::<[f64; 3]>::new(); settings.len()];
+    let mut seconds = vec![0.0; settings.len()];
+    for round in 0..rounds as usize {
+        for (index, setting) in settings.iter().enumerate() {
+            let a_visit = seconds[index] / visits[index].len().max(1) as f64;
+            let is_needed = round == 0 || setting.is_dense_unit() && round < DENSE_ROUNDS;
+            if is_needed || seconds[index] + a_visit <= SECONDS_PER_SETTING {
+                let begin = Instant::now();
+                visits[index].push(visit(stage, setting)?);
+                seconds[index] += begin.elapsed().as_secs_f64();
+            }
+        }
+    }
+    let medians = |visits: &Vec<[f64; 3]>| Timed {
+        ms: [0, 1, 2].map(|kind| median(visits.iter().map(|ms| ms[kind]).collect())),
+        frames: visits.len() as u32,
+    };
+    stage.set_shortcuts(Shortcuts::default());
+    Ok(visits.iter().map(medians).collect())
+}
+
+/// Times a frame of each kind.
+fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
+    stage.set_shortcuts(Shortcuts::default());
+    stage.carve(0);
+    stage.prepare_with(setting.mode, setting.occlusion.clone())?;
+    stage.headless.frames(setting.frames_to_settle());
+    // What does without shortcuts casts all in its first frame, and in every one that gets things ready.
+    stage.set_shortcuts(setting.shortcuts);
+    if setting.mode.recomputes_all() {
+        // In every frame, whatever changed.
+        stage.carve(2);
+        return Ok([stage.frame_ms(); 3]);
+    }
+    stage.carve(1);
+    stage.headless.frame();
+    stage.carve(2);
+    let carve = stage.frame_ms();
+    stage.headless.frames(setting.frames_to_settle());
+    let rest = stage.frame_ms();
+    stage.edit_transfer_function(EDIT);
+    let edit = stage.frame_ms();
+    stage.set_mode(ShadingMode::Solid);
+    stage.edit_transfer_function(-EDIT);
+    Ok([carve, rest, edit])
+}
+
+impl Setting {
+    /// Whether its carve frame is the unit of time.
+    pub fn is_dense_unit(&self) -> bool {
+        (self.family, self.label.as_str()) == DENSE
+    }
+
+    /// Whether nothing is computed but clipping.
+    pub fn is_solid(&self) -> bool {
+        self.family == SOLID
+    }
+}
