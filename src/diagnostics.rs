@@ -31,8 +31,10 @@ pub const SPAN_MARK: &str = "contextual_ao/mark";
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
 /// Filtering the densities of all voxels, and estimating their occlusion from that.
 pub const SPAN_FILTER: &str = "contextual_ao/filter";
-/// All passes before drawing.
-pub const SPANS: [&str; 10] = [
+/// Screen-space occlusion of a view: finding its surface, shading it. Runs after drawing.
+pub const SPAN_SCREEN_SPACE: &str = "contextual_ao/screen_space";
+/// All passes but drawing.
+pub const SPANS: [&str; 11] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -43,6 +45,7 @@ pub const SPANS: [&str; 10] = [
     SPAN_MARK,
     SPAN_RAY_CAST,
     SPAN_FILTER,
+    SPAN_SCREEN_SPACE,
 ];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
@@ -151,7 +154,7 @@ impl PassLog {
         }
     }
 
-    /// How many carvers or volumes a pass (one of [`SPANS`]) has been run for since the start.
+    /// How many carvers, volumes or views a pass (one of [`SPANS`]) has been run for since the start.
     pub fn jobs(&self, span: &str) -> u64 {
         self.index(span).map_or(0, |index| self.jobs[index])
     }

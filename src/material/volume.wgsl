@@ -17,11 +17,11 @@
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
 #import bevy_contextual_ao::{
+    opacity_gradient::opacity_gradient,
     view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, edge_sampler, volume},
 }
 
-@group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
 
 // Blinn-Phong coefficients.
@@ -29,21 +29,6 @@ const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
 const SPECULAR: f32 = 0.2;
 const SHININESS: f32 = 16.0;
-
-// Gradient of the clipped opacity in volume space, up to a factor: 3D Sobel over 26 neighbours.
-fn opacity_gradient(p: vec3<f32>) -> vec3<f32> {
-    let texel = 1.0 / vec3<f32>(volume.dimensions);
-    var gradient = vec3(0.0);
-    for (var k = 0; k < 27; k += 1) {
-        let offset = vec3<f32>(vec3(k % 3, (k / 3) % 3, k / 9) - 1);
-        let weight = vec3(2.0) - abs(offset);
-        let opacity = textureSampleLevel(opacities, edge_sampler, p + offset * texel, 0.0).r;
-        gradient += opacity * offset * vec3(weight.y * weight.z, weight.x * weight.z, weight.x * weight.y);
-    }
-    // Per voxel → per texture coordinate → per mm.
-    let per_texture = gradient * vec3<f32>(volume.dimensions);
-    return (transpose(volume.texture_from_local) * vec4(per_texture, 0.0)).xyz;
-}
 
 // Colour of a sample lit from the camera, which looks along `direction`.
 // `opacity` is what it adds to the pixel.

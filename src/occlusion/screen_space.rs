@@ -1,6 +1,6 @@
 //! The settings of screen-space ambient occlusion for volumes (Kitware 2023, VTK's `vtkSSAOPass`).
 
-use bevy::prelude::*;
+use bevy::{math::DVec3, prelude::*};
 
 /// Each view finds the first point along each of its rays where opacity exceeds a threshold, and around it
 /// the points that lie behind what the view sees there. Opaque meshes of the scene and volumes occlude each
@@ -28,10 +28,70 @@ pub struct ScreenSpaceOcclusion {
 impl ScreenSpaceOcclusion {
     /// The most points around a pixel.
     pub const MOST_SAMPLES: u32 = 256;
+    /// The longest radius, mm.
+    pub const LONGEST_RADIUS_MM: f32 = 10_000.0;
+
+    /// These settings within what can be computed.
+    pub(crate) fn clamped(&self) -> Self {
+        let within = |value: f32, most: f32| if value.is_finite() { value.clamp(0.0, most) } else { 0.0 };
+        Self {
+            opacity_threshold: within(self.opacity_threshold, 1.0),
+            radius_mm: within(self.radius_mm, Self::LONGEST_RADIUS_MM),
+            bias_mm: within(self.bias_mm, Self::LONGEST_RADIUS_MM),
+            samples: self.samples.min(Self::MOST_SAMPLES),
+            blur: self.blur,
+        }
+    }
+
+    /// The points looked at, in radii, around a point whose normal is the z axis: spread evenly over the half
+    /// ball, then drawn towards its middle, to a tenth for the first and hardly for the last (VTK's scale,
+    /// 0.1 + 0.9 (k / samples)^2).
+    pub fn kernel(&self) -> Vec<Vec3> {
+        // Three numbers whose multiples fill the unit cube evenly: powers of the root of x^4 = x + 1.
+        const EVEN: [f64; 3] = [0.8191725133961645, 0.6710436067037893, 0.5497004779019703];
+        let count = self.samples.min(Self::MOST_SAMPLES);
+        let point = |k: u32| {
+            let [turn, height, volume] = EVEN.map(|step| (0.5 + f64::from(k + 1) * step).fract());
+            let (sin, cos) = (core::f64::consts::TAU * turn).sin_cos();
+            let across = (1.0 - height * height).sqrt();
+            let share = f64::from(k) / f64::from(count);
+            let length = volume.cbrt() * (0.1 + 0.9 * share * share);
+            (length * DVec3::new(across * cos, across * sin, height)).as_vec3()
+        };
+        (0..count).map(point).collect()
+    }
 }
 
 impl Default for ScreenSpaceOcclusion {
     fn default() -> Self {
         Self { opacity_threshold: 0.5, radius_mm: 20.0, bias_mm: 0.5, samples: 32, blur: true }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kernel_fills_the_half_ball() {
+        let kernel = ScreenSpaceOcclusion { samples: 64, ..default() }.kernel();
+        assert!(kernel.iter().all(|point| point.z >= 0.0 && point.length() <= 1.0));
+        // Of directions spread evenly the mean is half along the axis and none across.
+        let mean = kernel.iter().map(|point| point.normalize()).sum::<Vec3>() / 64.0;
+        assert!(mean.distance(Vec3::new(0.0, 0.0, 0.5)) < 0.05, "{mean}");
+    }
+
+    #[test]
+    fn no_setting_is_beyond_what_can_be_computed() {
+        for value in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e38] {
+            let (opacity_threshold, radius_mm, bias_mm) = (value, value, value);
+            let settings =
+                ScreenSpaceOcclusion { opacity_threshold, radius_mm, bias_mm, samples: u32::MAX, blur: true };
+            let clamped = settings.clamped();
+            let lengths = [clamped.radius_mm, clamped.bias_mm];
+            assert!(lengths.iter().all(|mm| (0.0..=ScreenSpaceOcclusion::LONGEST_RADIUS_MM).contains(mm)));
+            assert!((0.0..=1.0).contains(&clamped.opacity_threshold));
+            assert_eq!(settings.kernel().len(), 256);
+        }
     }
 }

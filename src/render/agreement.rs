@@ -9,6 +9,7 @@ use super::{
     compute_pass::{ListEnd, WIDTH},
     filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+    screen_space::views::ScreenSpaceUniform,
     volume_store::VoxelMask,
     volume_uniform::VolumeUniform,
 };
@@ -22,7 +23,8 @@ const BRICKS: &str = include_str!("bricks.wgsl");
 const PASS: &str = include_str!("occlusion_pass.wgsl");
 const WORK_LIST: &str = include_str!("work_list.wgsl");
 const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
-const MARK: &str = include_str!("mark.wgsl");
+const SCREEN_SPACE: &str = include_str!("screen_space/bindings.wgsl");
+const VIEW_RAY: &str = include_str!("view_ray.wgsl");
 
 /// Size and offsets of a WGSL struct, which has no other struct in it.
 fn wgsl_layout(shader: &str, name: &str) -> (u64, Vec<u64>) {
@@ -45,8 +47,9 @@ fn rust_and_wgsl_agree() {
     assert_eq!(rust_layout::<VolumeUniform, 23>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
-    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(MARK, "Window"));
     assert_eq!(rust_layout::<FilteringData, 10>(), wgsl_layout(FILTERING, "Filtering"));
+    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(VIEW_RAY, "Window"));
+    assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
         (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),

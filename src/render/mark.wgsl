@@ -4,20 +4,10 @@
 
 #import bevy_contextual_ao::{
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
-    view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
+    view_ray::{OPAQUE, Slice, Window, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, volume},
     voxel_masks::voxel_masks,
     work_list::{FRONT, append},
-}
-
-struct Window {
-    view_from_clip: mat4x4<f32>,
-    world_from_view: mat4x4<f32>,
-    // Origin and size, pixels.
-    viewport: vec4<f32>,
-    // Pixels in which the volume may be seen.
-    first: vec2<u32>,
-    end: vec2<u32>,
 }
 
 @group(1) @binding(0) var<uniform> window: Window;

@@ -22,6 +22,7 @@ mod encode;
 mod extract;
 mod filtering;
 mod formats;
+mod frame;
 mod gpu_volume;
 mod mark;
 mod occlusion_texels;
@@ -31,6 +32,7 @@ mod peel;
 mod plan;
 mod ranges;
 mod ray_cast;
+mod screen_space;
 mod surface_count;
 mod textures;
 pub(crate) mod volume_bindings;
@@ -86,6 +88,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "view_ray.wgsl");
         load_shader_library!(app, "density.wgsl");
+        load_shader_library!(app, "opacity_gradient.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");
         embedded_asset!(app, "count_surfaces.wgsl");
         embedded_asset!(app, "peel.wgsl");
@@ -101,6 +104,7 @@ impl Plugin for OcclusionRenderPlugin {
         app.add_plugins((
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
             ExtractResourcePlugin::<VolumeBudget>::default(),
+            screen_space::ScreenSpacePlugin,
         ));
         let report = app.world().resource::<ReportChannel>().clone();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {

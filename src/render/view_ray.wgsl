@@ -28,6 +28,17 @@ const CLIPPED: u32 = 2u;
 // Visible behind one that is clipped; the cut between them is sampled first.
 const CUT: u32 = 3u;
 
+// A view of the volume, for passes other than drawing.
+struct Window {
+    view_from_clip: mat4x4<f32>,
+    world_from_view: mat4x4<f32>,
+    // Origin and size, pixels.
+    viewport: vec4<f32>,
+    // Pixels in which the volume may be seen.
+    first: vec2<u32>,
+    end: vec2<u32>,
+}
+
 struct ViewRay {
     // Where the ray starts on the near plane, volume space (mm), and its unit direction.
     near: vec3<f32>,
@@ -38,6 +49,9 @@ struct ViewRay {
     // Where it runs in the volume's box, mm from `near`; empty unless the first is less.
     begin_mm: f32,
     end_mm: f32,
+    // Distance from the plane through the camera: of `near`, and more per mm; world units.
+    near_depth: f32,
+    depth_per_mm: f32,
     // Place of its samples within their steps, 0 to 1.
     offset: f32,
 }
@@ -61,8 +75,8 @@ fn view_ray(
     let is_parallel = view_from_clip[2].w == 0.0;
     let direction_view = select(near_view, vec3(0.0, 0.0, -1.0), is_parallel);
     let near = (volume.local_from_world * (world_from_view * vec4(near_view, 1.0))).xyz;
-    let direction =
-        normalize((volume.local_from_world * (world_from_view * vec4(direction_view, 0.0))).xyz);
+    let along = (volume.local_from_world * (world_from_view * vec4(direction_view, 0.0))).xyz;
+    let direction = normalize(along);
     let origin = (volume.texture_from_local * vec4(near, 1.0)).xyz;
     let velocity = (volume.texture_from_local * vec4(direction, 0.0)).xyz;
     // Where the ray crosses the planes of the box. One that is parallel to two planes does so never,
@@ -80,6 +94,8 @@ fn view_ray(
     ray.velocity = velocity;
     ray.begin_mm = max(0.0, max(entries.x, max(entries.y, entries.z)));
     ray.end_mm = min(exits.x, min(exits.y, exits.z));
+    ray.near_depth = -near_view.z;
+    ray.depth_per_mm = -direction_view.z / length(along);
     ray.offset = mix(0.5, noise(floor(pixel)), volume.jitter_share);
     return ray;
 }

@@ -25,6 +25,7 @@ mod oracle;
 mod properties;
 mod ray_methods;
 mod readers;
+mod screen_space;
 mod shaders;
 mod shortcuts;
 mod small_files;

@@ -15,7 +15,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 15] = sources![
+const LIBRARIES: [(&str, &str); 17] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -31,9 +31,11 @@ const LIBRARIES: [(&str, &str); 15] = sources![
     "density.wgsl",
     "filtering/voxel_lines.wgsl",
     "filtering/voxel_density.wgsl",
+    "opacity_gradient.wgsl",
+    "screen_space/bindings.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 16] = sources![
+const ENTRIES: [(&str, &str); 19] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -50,7 +52,13 @@ const ENTRIES: [(&str, &str); 16] = sources![
     "filtering/extrema.wgsl",
     "filtering/estimate.wgsl",
     "filtering/gradient.wgsl",
+    "screen_space/opaque_surface.wgsl",
+    "screen_space/volume_surface.wgsl",
+    "screen_space/occlusion.wgsl",
 ];
+
+/// Those that import of Bevy, and are drawn in tests.
+const DRAWN: [&str; 1] = ["screen_space/darken.wgsl"];
 
 /// Definitions with which an entry is compiled, in all combinations.
 fn definitions_of(name: &str) -> &'static [&'static str] {
@@ -64,6 +72,8 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
         "filtering/extrema.wgsl" => &["OF_DENSITIES"],
         "filtering/estimate.wgsl" => &["STORE_R8", "MODULATED", "SHARES"],
+        "screen_space/opaque_surface.wgsl" => &["DEPTH", "DEPTH_MULTISAMPLED"],
+        "screen_space/occlusion.wgsl" => &["STORE_R8"],
         _ => &[],
     }
 }
@@ -92,6 +102,7 @@ fn every_variant_composes_and_validates() {
     shaders_in(&project_folder().join("src/render"), "", &mut shaders);
     shaders.sort_unstable();
     let mut listed: Vec<_> = LIBRARIES.iter().chain(&ENTRIES).map(|(name, _)| *name).collect();
+    listed.extend(DRAWN);
     listed.sort_unstable();
     assert_eq!(shaders, listed, "not all shaders are checked here");
     for entry in ENTRIES {

@@ -8,6 +8,7 @@ mod volumes;
 mod work;
 
 pub(crate) use carvers::plan_carvers;
+pub(crate) use views::Views;
 pub(crate) use volumes::{VolumeJob, plan_volumes};
 
 use bevy::{platform::collections::HashMap, prelude::*};
@@ -34,4 +35,12 @@ pub(crate) struct FramePlan {
     pub maps_revision: u64,
     pub counts_work: bool,
     pub times_by_clock: bool,
+}
+
+impl FramePlan {
+    /// Whether every pass is waited for and timed by the clock.
+    pub fn are_timed_by_clock(&self) -> bool {
+        // The counters are cleared and read in the order of the frame.
+        self.times_by_clock && !self.counts_work
+    }
 }

@@ -16,6 +16,7 @@ use crate::render::{extract::ExtractedVolume, pass_uniforms::WindowUniform};
 /// A view of the scene.
 #[derive(QueryData)]
 pub(crate) struct View {
+    entity: Entity,
     view: &'static ExtractedView,
     jitter: Option<&'static TemporalJitter>,
     visible: &'static RenderVisibleEntities,
@@ -28,7 +29,9 @@ pub(crate) struct Views<'w, 's> {
 }
 
 /// A view of one volume.
-pub(super) struct VolumeView {
+pub(crate) struct VolumeView {
+    /// The entity of the view.
+    pub view: Entity,
     pub uniform: WindowUniform,
     /// From volume space (mm).
     clip_from_local: Mat4,
@@ -50,11 +53,11 @@ impl VolumeView {
 
 impl Views<'_, '_> {
     /// The windows onto a volume, of those views that show it.
-    pub(super) fn windows(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
+    pub(crate) fn windows(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
         self.cameras
             .iter()
             .filter(|view| shows(view.visible, volume.entity))
-            .filter_map(|view| window(view.view, view.jitter, volume))
+            .filter_map(|view| window(view.entity, view.view, view.jitter, volume))
             .collect()
     }
 }
@@ -65,6 +68,7 @@ fn shows(visible: &RenderVisibleEntities, volume: MainEntity) -> bool {
 
 /// The pixels of a view in which a volume's box may be.
 fn window(
+    entity: Entity,
     view: &ExtractedView,
     jitter: Option<&TemporalJitter>,
     volume: &ExtractedVolume,
@@ -80,7 +84,7 @@ fn window(
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
         WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
-    first.cmplt(end).all().then_some(VolumeView { uniform, clip_from_local })
+    first.cmplt(end).all().then_some(VolumeView { view: entity, uniform, clip_from_local })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -129,8 +133,11 @@ mod tests {
         assert!(first.x > 100 && end.x < 120 && first.y > 110 && end.y < 130, "{first} {end}");
         let around = pixels_of_box(projection, UNIT, viewport);
         assert_eq!(around, (UVec2::new(10, 20), UVec2::new(210, 220)));
-        let window =
-            VolumeView { uniform: WindowUniform { viewport, first, end, ..default() }, clip_from_local: far };
+        let window = VolumeView {
+            view: Entity::PLACEHOLDER,
+            uniform: WindowUniform { viewport, first, end, ..default() },
+            clip_from_local: far,
+        };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");
         assert!(right.first.x > first.x && right.end == end, "{right:?} of {first} {end}");

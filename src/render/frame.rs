@@ -1,0 +1,125 @@
+//! How passes are encoded, timed and counted: those of all views together, and those of a view.
+
+use bevy::{
+    prelude::*,
+    render::{
+        diagnostic::RecordDiagnostics,
+        render_resource::{CommandEncoder, CommandEncoderDescriptor, PollType},
+        renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue},
+    },
+};
+use std::time::Instant;
+
+use super::{plan::FramePlan, ray_cast::RayCastPasses};
+use crate::diagnostics::{COUNTERS, ReportChannel};
+
+/// Passes being encoded.
+pub(crate) struct Frame<'w, 's, 'a> {
+    ctx: RenderContext<'w, 's>,
+    queue: &'a RenderQueue,
+    times_by_clock: bool,
+    /// Span, number of jobs and, if timed by the clock, milliseconds.
+    ran: Vec<(&'static str, u64, Option<f64>)>,
+}
+
+impl<'w, 's, 'a> Frame<'w, 's, 'a> {
+    pub fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, plan: &FramePlan) -> Self {
+        Self { ctx, queue, times_by_clock: plan.are_timed_by_clock(), ran: Vec::new() }
+    }
+
+    /// The same in the schedule of a view. Where passes are timed by the clock, those before it are run
+    /// first: what they encoded has to be applied by then ([`are_timed_by_clock`]).
+    pub fn of_view(
+        ctx: RenderContext<'w, 's>,
+        queue: &'a RenderQueue,
+        plan: &FramePlan,
+        before: &mut FlushCommands,
+    ) -> Self {
+        let frame = Self::new(ctx, queue, plan);
+        if frame.times_by_clock {
+            before.flush();
+            wait(frame.ctx.render_device());
+        }
+        frame
+    }
+
+    pub fn encoder(&mut self) -> &mut CommandEncoder {
+        self.ctx.command_encoder()
+    }
+
+    /// One pass over its jobs; nothing where there are none.
+    pub fn pass<J>(
+        &mut self,
+        span: &'static str,
+        jobs: impl IntoIterator<Item = J>,
+        mut encode: impl FnMut(&mut CommandEncoder, J),
+    ) {
+        let mut jobs = jobs.into_iter().peekable();
+        if jobs.peek().is_none() {
+            return;
+        }
+        let mut count = 0;
+        let encode_all = |encoder: &mut CommandEncoder| {
+            for job in jobs {
+                encode(encoder, job);
+                count += 1;
+            }
+        };
+        if self.times_by_clock {
+            let ms = submit_and_wait(self.ctx.render_device(), self.queue, encode_all);
+            self.ran.push((span, count, Some(ms)));
+        } else {
+            let recorder = self.ctx.diagnostic_recorder();
+            let recorder = recorder.as_deref();
+            let encoder = self.ctx.command_encoder();
+            let time_span = recorder.time_span(encoder, span);
+            encode_all(encoder);
+            time_span.end(encoder);
+            self.ran.push((span, count, None));
+        }
+    }
+
+    /// Sends the counters to the diagnostics.
+    pub fn record_work(&mut self, ray_cast: &RayCastPasses) {
+        let recorder = self.ctx.diagnostic_recorder();
+        let recorder = recorder.as_deref();
+        for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
+            let word = ray_cast.work.slice(offset..offset + 4);
+            recorder.record_u32(self.ctx.command_encoder(), &word, name);
+        }
+    }
+
+    pub fn report(self, channel: &ReportChannel) {
+        let Ok(mut report) = channel.0.lock() else {
+            return;
+        };
+        for (span, jobs, ms) in self.ran {
+            report.passes.add(span, jobs, ms);
+        }
+    }
+}
+
+/// Runs commands at once and returns the milliseconds until they were done.
+fn submit_and_wait(
+    device: &RenderDevice,
+    queue: &RenderQueue,
+    encode: impl FnOnce(&mut CommandEncoder),
+) -> f64 {
+    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encode(&mut encoder);
+    let begin = Instant::now();
+    queue.submit([encoder.finish()]);
+    wait(device);
+    begin.elapsed().as_secs_f64() * 1e3
+}
+
+fn wait(device: &RenderDevice) {
+    // An error means that the device was lost: then there is nothing to wait for.
+    let _ = device.poll(PollType::wait_indefinitely());
+}
+
+/// Whether passes are timed by the clock: a pass in the schedule of a view then needs an `ApplyDeferred`
+/// before it, which that schedule does not insert by itself.
+pub(crate) fn are_timed_by_clock(plan: Res<FramePlan>) -> bool {
+    plan.are_timed_by_clock()
+}

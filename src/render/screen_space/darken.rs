@@ -1,0 +1,100 @@
+//! Multiplies the colours of a view by its factors, in place: what other views have drawn beside it stays.
+
+use bevy::{
+    asset::load_embedded_asset,
+    core_pipeline::FullscreenShader,
+    prelude::*,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendComponent, BlendFactor,
+        BlendOperation, BlendState, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
+        RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, RenderPipelineDescriptor,
+        ShaderStages, SpecializedRenderPipeline, TextureFormat, TextureSampleType, VertexState,
+        binding_types::{texture_2d, uniform_buffer},
+    },
+    shader::Shader,
+};
+
+use super::views::ScreenSpaceUniform;
+
+/// The pipeline, and what it binds.
+#[derive(Resource)]
+pub(crate) struct DarkenPipeline {
+    pub layout: BindGroupLayoutDescriptor,
+    vertex: VertexState,
+    shader: Handle<Shader>,
+}
+
+/// What distinguishes its variants.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct DarkenKey {
+    /// Of the view's colours.
+    pub format: TextureFormat,
+    pub blurs: bool,
+}
+
+impl FromWorld for DarkenPipeline {
+    fn from_world(world: &mut World) -> Self {
+        let entries = BindGroupLayoutEntries::sequential(
+            ShaderStages::FRAGMENT,
+            (
+                uniform_buffer::<ScreenSpaceUniform>(false),
+                texture_2d(TextureSampleType::Float { filterable: false }),
+                texture_2d(TextureSampleType::Uint),
+            ),
+        );
+        Self {
+            layout: BindGroupLayoutDescriptor::new("contextual_ao_darken", &entries),
+            vertex: world.resource::<FullscreenShader>().to_vertex_state(),
+            shader: load_embedded_asset!(world, "darken.wgsl"),
+        }
+    }
+}
+
+impl SpecializedRenderPipeline for DarkenPipeline {
+    type Key = DarkenKey;
+
+    fn specialize(&self, key: DarkenKey) -> RenderPipelineDescriptor {
+        let multiply = BlendComponent {
+            src_factor: BlendFactor::Dst,
+            dst_factor: BlendFactor::Zero,
+            operation: BlendOperation::Add,
+        };
+        let target = ColorTargetState {
+            format: key.format,
+            blend: Some(BlendState { color: multiply, alpha: BlendComponent::REPLACE }),
+            // Alpha stays.
+            write_mask: ColorWrites::COLOR,
+        };
+        RenderPipelineDescriptor {
+            label: Some("contextual_ao_darken".into()),
+            layout: vec![self.layout.clone()],
+            vertex: self.vertex.clone(),
+            fragment: Some(FragmentState {
+                shader: self.shader.clone(),
+                shader_defs: key.blurs.then(|| "BLUR".into()).into_iter().collect(),
+                targets: vec![Some(target)],
+                ..default()
+            }),
+            ..default()
+        }
+    }
+}
+
+/// Draws over the pixels of a viewport, given by origin and size.
+pub(super) fn encode(
+    encoder: &mut CommandEncoder,
+    pipeline: &RenderPipeline,
+    group: &BindGroup,
+    viewport: Vec4,
+    colors: RenderPassColorAttachment,
+) {
+    let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+        label: Some("contextual_ao_darken"),
+        color_attachments: &[Some(colors)],
+        ..default()
+    });
+    pass.set_viewport(viewport.x, viewport.y, viewport.z, viewport.w, 0.0, 1.0);
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.draw(0..3, 0..1);
+}

@@ -1,0 +1,34 @@
+// Darkens what a view has drawn by the factors of screen-space occlusion: the colour behind is multiplied
+// with what this returns. The blur, over the 4x4 pixels that have all angles of the kernel, leaves out what
+// is farther from the pixel's own depth than the radius, so that outlines stay sharp.
+
+#import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
+#import bevy_contextual_ao::screen_space::ScreenSpaceView
+
+@group(0) @binding(0) var<uniform> view: ScreenSpaceView;
+@group(0) @binding(1) var factors: texture_2d<f32>;
+@group(0) @binding(2) var surfaces: texture_2d<u32>;
+
+fn depth_at(pixel: vec2<i32>) -> f32 {
+    return bitcast<f32>(textureLoad(surfaces, pixel, 0).x);
+}
+
+@fragment
+fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(floor(in.position.xy - view.viewport.xy));
+#ifdef BLUR
+    let last = vec2<i32>(textureDimensions(factors)) - 1;
+    let depth = depth_at(pixel);
+    var sum = vec2(0.0);
+    for (var k = 0; k < 16; k += 1) {
+        let place = pixel + vec2(k % 4, k / 4) - 2;
+        let inside = clamp(place, vec2(0), last);
+        let counts = all(place == inside) && abs(depth_at(inside) - depth) <= view.radius;
+        sum += select(vec2(0.0), vec2(textureLoad(factors, inside, 0).r, 1.0), counts);
+    }
+    let factor = sum.x / sum.y;
+#else
+    let factor = textureLoad(factors, pixel, 0).r;
+#endif
+    return vec4(vec3(factor), 1.0);
+}

@@ -1,0 +1,104 @@
+// The surface of a volume for screen-space occlusion (Kitware 2023): the first sample of each view ray, of
+// those that drawing takes, whose opacity reaches a threshold. Its normal is that of the clipped opacity.
+// Where something else was found nearer, that stays.
+//
+// Kitware's surface lies on samples; here the place where the threshold is reached is found between two, so
+// that the jitter of view rays does not show as noise.
+
+#import bevy_contextual_ao::{
+    opacity_gradient::opacity_gradient,
+    screen_space::{Surface, pack_surface, unpack_surface},
+    view_ray::{OPAQUE, ViewRay, Window, begin_march, is_visible_at, next_slice, view_ray},
+    volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, volume},
+}
+
+@group(1) @binding(0) var<uniform> window: Window;
+// Opacity of a drawing step.
+@group(1) @binding(1) var<uniform> opacity_threshold: f32;
+// What was found before, a texel for each pixel of the viewport, and what is found.
+@group(1) @binding(2) var before: texture_2d<u32>;
+@group(1) @binding(3) var surfaces: texture_storage_2d<rg32uint, write>;
+
+// The surface lies within this power of two of a step.
+const SURFACE_HALVINGS: i32 = 5;
+
+fn place_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
+    return ray.origin + along_mm * ray.velocity;
+}
+
+fn is_surface_at(ray: ViewRay, along_mm: f32) -> bool {
+    let intensity = textureSampleLevel(intensities, edge_sampler, place_at(ray, along_mm), 0.0).r;
+    let opacity = correct_opacity(classify_intensity(intensity).a, volume.draw_exponent);
+    return opacity >= opacity_threshold && is_visible_at(ray, along_mm);
+}
+
+// Distance of the surface from `near`; negative if the ray meets none.
+fn surface_along(ray: ViewRay) -> f32 {
+    var march = begin_march(ray);
+    var alpha = 0.0;
+    while alpha < OPAQUE {
+        let slice = next_slice(ray, &march);
+        if slice.steps <= 0.0 {
+            break;
+        }
+        let opacity = correct_opacity(slice.sample.a, volume.draw_exponent);
+        if opacity >= opacity_threshold {
+            var inside_mm = dot(slice.p - ray.origin, ray.velocity) / dot(ray.velocity, ray.velocity);
+            var outside_mm = max(inside_mm - volume.draw_step_mm, ray.begin_mm);
+            for (var k = 0; k < SURFACE_HALVINGS; k += 1) {
+                let middle_mm = 0.5 * (inside_mm + outside_mm);
+                if is_surface_at(ray, middle_mm) {
+                    inside_mm = middle_mm;
+                } else {
+                    outside_mm = middle_mm;
+                }
+            }
+            return inside_mm;
+        }
+        alpha += (1.0 - alpha) * correct_opacity(slice.sample.a, slice.steps * volume.draw_exponent);
+    }
+    return -1.0;
+}
+
+// Towards the viewer, view space.
+fn normal_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
+    let p = place_at(ray, along_mm);
+    // A surface that the end of the grid cuts faces that way, whatever its opacities do.
+    let beyond = (abs(p - 0.5) - 0.5) * vec3<f32>(volume.dimensions);
+    let nearest = max(beyond.x, max(beyond.y, beyond.z));
+    let face = select(vec3(0.0), -sign(p - 0.5), beyond == vec3(nearest));
+    var gradient = (transpose(volume.texture_from_local) * vec4(face, 0.0)).xyz;
+    if nearest < -0.1 {
+        gradient = opacity_gradient(p);
+    }
+    if dot(gradient, gradient) < 1e-8 {
+        // Where the opacity does not change.
+        return vec3(0.0, 0.0, 1.0);
+    }
+    let away = select(-gradient, gradient, dot(gradient, ray.direction) < 0.0);
+    // Gradients go the other way than points.
+    let world = (transpose(volume.local_from_world) * vec4(away, 0.0)).xyz;
+    return normalize((transpose(window.world_from_view) * vec4(world, 0.0)).xyz);
+}
+
+@compute @workgroup_size(8, 8)
+fn find_surface(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(surfaces)) {
+        return;
+    }
+    var texel = textureLoad(before, id.xy, 0);
+    let pixel = vec2<u32>(window.viewport.xy) + id.xy;
+    if all(pixel >= window.first) && all(pixel < window.end) {
+        let place = vec2<f32>(pixel) + 0.5;
+        var ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
+        // No farther than what was found.
+        let nearer_mm = (unpack_surface(texel).depth - ray.near_depth) / ray.depth_per_mm;
+        ray.end_mm = min(ray.end_mm, nearer_mm);
+        let along_mm = surface_along(ray);
+        if along_mm >= 0.0 {
+            let depth = ray.near_depth + along_mm * ray.depth_per_mm;
+            texel = pack_surface(Surface(depth, normal_at(ray, along_mm)));
+        }
+    }
+    textureStore(surfaces, id.xy, texel);
+}

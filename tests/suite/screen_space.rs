@@ -1,0 +1,390 @@
+//! Screen-space occlusion against a direct evaluation of its kernel on what view rays hit of boxes, and what
+//! it does in scenes: white things on black show the factor itself.
+
+use bevy::{
+    camera::Viewport,
+    math::{DVec2, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    diagnostics::SPAN_SCREEN_SPACE,
+    occlusion::ScreenSpaceOcclusion,
+    prelude::*,
+    volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
+};
+
+use crate::scene::{IMAGE, TestScene, in_world_units, solid_volume, volume_from};
+
+/// A box by its lowest and highest corner, mm from the volume's centre.
+type Block = [DVec3; 2];
+
+/// A slab that lies across the view, and a block on its left half: a step of 6 mm.
+const SLAB: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(10.0, 10.0, -2.0)];
+const STEP: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(0.0, 10.0, 4.0)];
+/// From where the step is seen, mm.
+const EYE: DVec3 = DVec3::new(10.0, 6.0, 34.0);
+
+/// Half of the points lie within 6 mm, as high as the step is. No blur, so that single pixels are compared.
+const SETTINGS: ScreenSpaceOcclusion =
+    ScreenSpaceOcclusion { opacity_threshold: 0.5, radius_mm: 20.0, bias_mm: 0.5, samples: 64, blur: false };
+
+/// Voxels of 1 mm; the blocks end between voxels.
+fn volume_of(blocks: &[Block]) -> Volume {
+    let dimensions = UVec3::splat(24);
+    let geometry = VolumeGeometry::of(&solid_volume(dimensions));
+    volume_from(dimensions, DVec3::ONE, |p| {
+        let voxel = (p + 1.0) * 0.5 * dimensions.as_dvec3() - 0.5;
+        let point = geometry.local_from_voxel.transform_point3(voxel);
+        let is_inside = |[low, high]: &Block| point.cmpge(*low).all() && point.cmple(*high).all();
+        f64::from(blocks.iter().any(is_inside))
+    })
+}
+
+fn scene(volume: Volume, settings: ScreenSpaceOcclusion) -> TestScene {
+    let white = TransferFunction::ramp(100.0, 160.0, 1.0, [1.0; 3]).expect("a valid ramp");
+    let occlusion = AmbientOcclusion { method: OcclusionMethod::ScreenSpace(settings), ..default() };
+    let mut scene = TestScene::with(volume, white, occlusion, ShadingMode::Cao, |app| {
+        app.insert_resource(ClearColor(Color::BLACK));
+    });
+    let camera = scene.camera();
+    scene.world().entity_mut(camera).insert(looking_from(EYE));
+    scene
+}
+
+fn looking_from(eye_mm: DVec3) -> Transform {
+    Transform::from_translation(eye_mm.as_vec3() * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
+}
+
+/// The linear red of each pixel.
+fn reds(scene: &TestScene) -> Vec<f64> {
+    let linear = |byte: u8| {
+        let value = f64::from(byte) / 255.0;
+        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    };
+    scene.headless.image().chunks(4).map(|pixel| linear(pixel[0])).collect()
+}
+
+/// How a view is projected.
+#[derive(Clone, Copy)]
+enum Lens {
+    /// Half the height of the image one unit in front of the camera.
+    Perspective(f64),
+    /// Half the height of the image, mm.
+    Orthographic(f64),
+}
+
+/// The evaluation.
+struct Reference<'a> {
+    blocks: &'a [Block],
+    lens: Lens,
+    settings: ScreenSpaceOcclusion,
+}
+
+/// What a pixel shows, view space (mm).
+#[derive(Clone, Copy)]
+struct Hit {
+    point: DVec3,
+    normal: DVec3,
+}
+
+impl Reference<'_> {
+    /// Where a ray enters the first block, and the normal there.
+    fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
+        let hits = self.blocks.iter().filter_map(|[low, high]| {
+            let (a, b) = ((*low - origin) / direction, (*high - origin) / direction);
+            let (entries, exits) = (a.min(b), a.max(b));
+            let entry = entries.max_element();
+            let normal = DVec3::select(entries.cmpge(DVec3::splat(entry)), -direction.signum(), DVec3::ZERO);
+            (entry < exits.min_element() && entry > 0.0).then_some((entry, normal))
+        });
+        hits.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// What the pixels show, and for each whether it lies on a face, away from its edges and creases: there
+    /// a volume of voxels is round.
+    fn hits(&self) -> Vec<Option<(Hit, bool)>> {
+        let turn = looking_from(EYE).rotation.as_dquat();
+        let pixels = (0..IMAGE.y).flat_map(|y| (0..IMAGE.x).map(move |x| UVec2::new(x, y)));
+        let hit = |pixel: UVec2| {
+            let place =
+                (pixel.as_dvec2() + 0.5) / IMAGE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
+            let (origin, direction) = match self.lens {
+                Lens::Perspective(half) => (EYE, turn * (place * half).extend(-1.0)),
+                Lens::Orthographic(half) => (EYE + turn * (place * half).extend(0.0), turn * DVec3::NEG_Z),
+            };
+            let (t, normal) = self.first_hit(origin, direction)?;
+            let local = origin + t * direction;
+            let is_near = |plane: f64, at: f64| (plane - at).abs() < 2.0;
+            let near_axis =
+                |axis: usize| self.blocks.iter().flatten().any(|corner| is_near(corner[axis], local[axis]));
+            let is_on_face = (0..3).filter(|&axis| near_axis(axis)).count() == 1;
+            let view = turn.inverse();
+            Some((Hit { point: view * (local - EYE), normal: view * normal }, is_on_face))
+        };
+        pixels.map(hit).collect()
+    }
+
+    /// The factor of a pixel.
+    fn factor(&self, hits: &[Option<(Hit, bool)>], kernel: &[Vec3], pixel: UVec2) -> Option<f64> {
+        let at = |pixel: UVec2| hits[(pixel.y * IMAGE.x + pixel.x) as usize].map(|(hit, _)| hit);
+        let Hit { point: center, normal } = at(pixel)?;
+        // The 16 angles, as Bayer's matrix has them.
+        const RANKS: [[u32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+        let rank = RANKS[(pixel.y % 4) as usize][(pixel.x % 4) as usize];
+        let (sin, cos) = (f64::from(rank) / 16.0 * core::f64::consts::TAU).sin_cos();
+        let towards = DVec3::new(cos, sin, 0.0);
+        let tangent = (towards - normal * towards.dot(normal)).normalize();
+        let bitangent = normal.cross(tangent);
+        let (radius, bias) = (f64::from(self.settings.radius_mm), f64::from(self.settings.bias_mm));
+        let hidden = kernel.iter().map(|offset| {
+            let offset = radius * offset.as_dvec3();
+            let point = center + tangent * offset.x + bitangent * offset.y + normal * offset.z;
+            let ndc = match self.lens {
+                Lens::Perspective(half) => point.truncate() / (-point.z * half),
+                Lens::Orthographic(half) => point.truncate() / half,
+            };
+            let place = (ndc * DVec2::new(0.5, -0.5) + 0.5) * IMAGE.as_dvec2();
+            if place.cmplt(DVec2::ZERO).any() || place.cmpge(IMAGE.as_dvec2()).any() {
+                return 0.0;
+            }
+            let Some(seen) = at(place.as_uvec2()) else { return 0.0 };
+            let x = (radius / (seen.point.z - center.z).abs().max(1e-9)).min(1.0);
+            if seen.point.z >= point.z + bias { x * x * (3.0 - 2.0 * x) } else { 0.0 }
+        });
+        Some(1.0 - hidden.sum::<f64>() / kernel.len() as f64)
+    }
+
+    /// Compares an image with the evaluation. Returns how many pixels were, and how many of them the step
+    /// darkens.
+    fn compare(&self, scene: &TestScene) -> (usize, usize) {
+        let (image, hits, kernel) = (reds(scene), self.hits(), self.settings.kernel());
+        let (mut compared, mut darkened, mut sum, mut far) = (0, 0, 0.0, 0);
+        for index in (0..image.len()).filter(|&index| hits[index].is_some_and(|(_, is_on_face)| is_on_face)) {
+            let pixel = UVec2::new(index as u32 % IMAGE.x, index as u32 / IMAGE.x);
+            let expected = self.factor(&hits, &kernel, pixel).expect("it shows something");
+            let difference = (image[index] - expected).abs();
+            compared += 1;
+            darkened += usize::from(expected < 0.9);
+            sum += difference;
+            far += usize::from(difference > 3.5 / 64.0);
+        }
+        let mean = sum / compared as f64;
+        println!("{compared} pixels, {darkened} dark: mean difference {mean:.5}, {far} far off");
+        // The surface lies within a tenth of a voxel of the blocks' faces and is round at their edges: of 64
+        // points one or two that lie about as deep as what is seen there may be on the other side. Bytes
+        // round by 0.002 (sRGB, of white).
+        assert!(mean <= 0.006, "mean difference {mean}");
+        assert!(far <= compared / 50, "{far} of {compared} are off by more than 3 points of 64");
+        (compared, darkened)
+    }
+}
+
+/// What `PerspectiveProjection` has by default.
+fn default_lens() -> Lens {
+    Lens::Perspective((core::f64::consts::FRAC_PI_4 * 0.5).tan())
+}
+
+#[test]
+fn a_step_darkens_as_its_geometry_says() {
+    let blocks = [SLAB, STEP];
+    let mut scene = scene(volume_of(&blocks), SETTINGS);
+    scene.settle();
+    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
+    let (compared, darkened) = reference.compare(&scene);
+    assert!(compared > 2000 && darkened > 200, "{compared} pixels, {darkened} dark");
+
+    // Parallel rays.
+    let camera = scene.camera();
+    let projection = OrthographicProjection { scale: 0.4e-3, ..OrthographicProjection::default_3d() };
+    scene.world().entity_mut(camera).insert(Projection::Orthographic(projection));
+    scene.headless.frames(3);
+    let lens = Lens::Orthographic(0.4 * f64::from(IMAGE.y) / 2.0);
+    let (compared, darkened) = Reference { blocks: &blocks, lens, settings: SETTINGS }.compare(&scene);
+    assert!(compared > 1200 && darkened > 120, "{compared} pixels, {darkened} dark");
+}
+
+#[test]
+fn meshes_and_volumes_darken_each_other() {
+    // The block on the slab is an opaque mesh.
+    let blocks = [SLAB, STEP];
+    let mut scene = scene(volume_of(&blocks[..1]), SETTINGS);
+    let world = scene.world();
+    let [low, high] = STEP;
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(Cuboid::from_size((high - low).as_vec3()));
+    let white = StandardMaterial { base_color: Color::WHITE, unlit: true, ..default() };
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(white);
+    let place = in_world_units(Transform::from_translation((0.5 * (low + high)).as_vec3()));
+    let mesh = world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place)).id();
+    scene.settle();
+    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
+    let hits = reference.hits();
+    let shown = hits.iter().flatten().count();
+    // The mesh's shaders are read meanwhile.
+    let shows_all = |headless: &crate::headless::Headless| {
+        headless.image().chunks(4).filter(|pixel| pixel[0] > 0).count() * 100 > shown * 95
+    };
+    assert!(scene.headless.frames_until(shows_all), "the mesh is not drawn");
+    scene.headless.frames(3);
+    reference.compare(&scene);
+    // The same by the first of several samples of each pixel's depth.
+    let camera = scene.camera();
+    scene.world().entity_mut(camera).insert(Msaa::Sample4);
+    scene.headless.frames(3);
+    assert!(scene.headless.frames_until(shows_all), "nothing is drawn with several samples");
+    reference.compare(&scene);
+    scene.world().despawn(mesh);
+    scene.headless.frames(3);
+    // A flat slab by itself is open everywhere.
+    let alone = Reference { blocks: &blocks[..1], ..reference };
+    assert_eq!(alone.compare(&scene).1, 0, "dark without the mesh");
+}
+
+#[test]
+fn of_several_volumes_the_nearest_counts() {
+    let blocks = [SLAB, STEP];
+    let mut scene = scene(volume_of(&blocks[..1]), SETTINGS);
+    let volume = scene.volume;
+    let world = scene.world();
+    let step = world.resource_mut::<Assets<Volume>>().add(volume_of(&blocks[1..]));
+    let function = world.get::<VolumeTransferFunction>(volume).expect("a transfer function").clone();
+    let mut bundle = VolumeBundle::new(step).with_transfer_function(function.0);
+    bundle.occlusion = world.get::<AmbientOcclusion>(volume).expect("settings").clone();
+    let step = world.spawn(bundle).id();
+    scene.settle();
+    scene.headless.until_ready(step).expect("it can be shown");
+    scene.headless.frames(3);
+    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
+    let (compared, darkened) = reference.compare(&scene);
+    assert!(compared > 2000 && darkened > 200, "{compared} pixels, {darkened} dark");
+}
+
+#[test]
+fn a_carved_pocket_is_dark_and_leaves_no_trace() {
+    let settings = ScreenSpaceOcclusion { radius_mm: 12.0, blur: true, ..SETTINGS };
+    let mut scene = scene(volume_of(&[SLAB]), settings);
+    let camera = scene.camera();
+    scene.world().entity_mut(camera).insert(looking_from(DVec3::new(0.0, 0.0, 30.0)));
+    scene.settle();
+    scene.headless.frames(2);
+    let before = scene.headless.image();
+    let carver = scene.carve(Sphere::new(4.0), ClipMesh::default(), Transform::from_xyz(0.0, 0.0, -2.0));
+    scene.settle();
+    scene.headless.frames(2);
+    let carved = reds(&scene);
+    // 32 mm in front of the camera, 96 pixels show 26.5 mm.
+    let pixels_per_mm = f64::from(IMAGE.y) / (64.0 * (core::f64::consts::FRAC_PI_4 * 0.5).tan());
+    let mean = |from_mm: f64, to_mm: f64| {
+        let from_center = |index: usize| {
+            let pixel = DVec2::new((index as u32 % IMAGE.x) as f64, (index as u32 / IMAGE.x) as f64);
+            (pixel + 0.5 - 0.5 * IMAGE.as_dvec2()).length() / pixels_per_mm
+        };
+        let ring: Vec<_> =
+            (0..carved.len()).filter(|&index| (from_mm..to_mm).contains(&from_center(index))).collect();
+        ring.iter().map(|&index| carved[index]).sum::<f64>() / ring.len() as f64
+    };
+    let (wall, around) = (mean(2.0, 3.7), mean(5.0, 8.0));
+    assert!(wall < 0.9, "the pocket's wall has {wall} of the light");
+    assert!(around > 0.98, "the plane around it has {around}");
+    scene.world().despawn(carver);
+    scene.settle();
+    scene.headless.frames(2);
+    assert!(scene.headless.image() == before, "the carver left a trace");
+}
+
+#[test]
+fn each_view_is_shaded_by_itself() {
+    let mut scene = scene(volume_of(&[SLAB, STEP]), ScreenSpaceOcclusion { blur: true, ..SETTINGS });
+    let left = scene.camera();
+    let half = UVec2::new(IMAGE.x / 2, IMAGE.y);
+    let viewport =
+        |x: u32| Some(Viewport { physical_position: UVec2::new(x, 0), physical_size: half, depth: 0.0..1.0 });
+    let bundle = scene.headless.camera();
+    let near = Projection::Perspective(PerspectiveProjection { near: 1e-4, ..default() });
+    let world = scene.world();
+    let right = world.spawn((bundle, near, looking_from(DVec3::new(-12.0, 20.0, 30.0)))).id();
+    for (camera, x, order) in [(left, 0, 0), (right, half.x, 1)] {
+        let mut camera = world.get_mut::<Camera>(camera).expect("a camera");
+        camera.viewport = viewport(x);
+        camera.order = order;
+        // What the first has drawn stays.
+        camera.clear_color = if order == 0 { default() } else { ClearColorConfig::None };
+    }
+    scene.settle();
+    let mut image_of = |active: [bool; 2], clear: ClearColorConfig| {
+        for (camera, is_active) in [left, right].into_iter().zip(active) {
+            scene.world().get_mut::<Camera>(camera).expect("a camera").is_active = is_active;
+        }
+        scene.world().get_mut::<Camera>(right).expect("a camera").clear_color = clear;
+        scene.headless.frames(3);
+        scene.headless.image()
+    };
+    let both = image_of([true, true], ClearColorConfig::None);
+    let first = image_of([true, false], ClearColorConfig::None);
+    let second = image_of([false, true], ClearColorConfig::Default);
+    let is_left = |index: usize| (index / 4) as u32 % IMAGE.x < half.x;
+    for (index, byte) in both.iter().enumerate() {
+        let alone = if is_left(index) { first[index] } else { second[index] };
+        assert_eq!(*byte, alone, "byte {index}, {}", if is_left(index) { "left" } else { "right" });
+    }
+    let dark = |is_counted: &dyn Fn(usize) -> bool| {
+        let pixels = both.chunks(4).enumerate().filter(|(index, _)| is_counted(4 * index));
+        pixels.filter(|(_, pixel)| (1..230).contains(&pixel[0])).count()
+    };
+    let (left, right) = (dark(&is_left), dark(&|index| !is_left(index)));
+    assert!(left > 50 && right > 50, "{left} and {right} dark pixels");
+}
+
+#[test]
+fn nothing_is_done_where_it_is_off() {
+    let mut scene = scene(volume_of(&[SLAB, STEP]), SETTINGS);
+    scene.settle();
+    let volume = scene.volume;
+    let runs = |scene: &TestScene| scene.status().passes.jobs(SPAN_SCREEN_SPACE);
+    let frames = |scene: &mut TestScene| {
+        scene.headless.frames(2);
+        let before = runs(scene);
+        scene.headless.frames(3);
+        (scene.headless.image(), runs(scene) - before)
+    };
+    let method = |scene: &mut TestScene, method: OcclusionMethod| {
+        scene.world().get_mut::<AmbientOcclusion>(volume).expect("settings").method = method;
+        scene.settle();
+    };
+    let (shaded, ran) = frames(&mut scene);
+    assert_eq!(ran, 3, "runs in three frames");
+    for mode in [ShadingMode::Solid, ShadingMode::Phong] {
+        method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
+        scene.set_mode(mode);
+        let (image, ran) = frames(&mut scene);
+        assert_eq!(ran, 0, "{}", mode.name());
+        assert!(image != shaded, "{} is shaded", mode.name());
+        method(&mut scene, OcclusionMethod::Rays);
+        assert!(image == frames(&mut scene).0, "{} depends on the method", mode.name());
+    }
+    // Modes with light are darkened too, and LAO is the same.
+    method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
+    let phong = frames(&mut scene).0;
+    scene.set_mode(ShadingMode::PhongCao);
+    let (phong_shaded, ran) = frames(&mut scene);
+    assert_eq!(ran, 3);
+    let darker = phong.iter().zip(&phong_shaded).filter(|(a, b)| a > b).count();
+    assert!(darker > 500 && phong.iter().zip(&phong_shaded).all(|(a, b)| a >= b), "{darker} darker bytes");
+    scene.set_mode(ShadingMode::Lao);
+    assert!(frames(&mut scene).0 == shaded, "LAO and CAO differ");
+    // Settings that see nothing, and such as cannot be.
+    scene.set_mode(ShadingMode::Solid);
+    let solid = frames(&mut scene).0;
+    scene.set_mode(ShadingMode::Cao);
+    for nothing in [
+        ScreenSpaceOcclusion { samples: 0, ..SETTINGS },
+        ScreenSpaceOcclusion { radius_mm: f32::NAN, ..SETTINGS },
+        ScreenSpaceOcclusion { bias_mm: 1e30, ..SETTINGS },
+    ] {
+        method(&mut scene, OcclusionMethod::ScreenSpace(nothing));
+        assert!(frames(&mut scene).0 == solid, "{nothing:?} darkens");
+    }
+    method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
+    assert!(frames(&mut scene).0 == shaded, "it does not come back as it was");
+    scene.world().despawn(volume);
+    assert_eq!(frames(&mut scene).1, 0, "runs without a volume");
+}
