@@ -33,8 +33,10 @@ pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
 pub const SPAN_FILTER: &str = "contextual_ao/filter";
 /// Screen-space occlusion of a view: finding its surface, shading it. Runs after drawing.
 pub const SPAN_SCREEN_SPACE: &str = "contextual_ao/screen_space";
-/// All passes but drawing.
-pub const SPANS: [&str; 11] = [
+/// Shading the volumes of a view by direct occlusion, and drawing them.
+pub const SPAN_DIRECT: &str = "contextual_ao/direct";
+/// All passes but Bevy's own.
+pub const SPANS: [&str; 12] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -46,6 +48,7 @@ pub const SPANS: [&str; 11] = [
     SPAN_RAY_CAST,
     SPAN_FILTER,
     SPAN_SCREEN_SPACE,
+    SPAN_DIRECT,
 ];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";

@@ -8,6 +8,7 @@ use bevy::{
     pbr::MaterialPlugin,
     prelude::*,
     render::{Render, RenderApp, erased_render_asset::prepare_erased_assets},
+    shader::load_shader_library,
 };
 
 pub use volume_material::VolumeMaterial;
@@ -23,6 +24,7 @@ pub(crate) struct VolumeMaterialPlugin;
 
 impl Plugin for VolumeMaterialPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "shading.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_plugins(MaterialPlugin::<VolumeMaterial>::default()).add_systems(
             PostUpdate,

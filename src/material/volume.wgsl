@@ -1,6 +1,6 @@
 // Step VI of the CAO paper (section 3.5): front-to-back ray casting of a volume with the clip test
 // (`view_ray`). What a ray meets is shaded by the occlusion volume (V_AO) and, where asked for, by
-// Blinn-Phong with gradients of the clipped opacity (V_o, 3D Sobel) and a light at the camera.
+// Blinn-Phong (`shading`).
 //
 // Drawn on the back faces of the volume's box, so that the camera may be inside it; opaque
 // geometry ends a ray where the depth prepass has it.
@@ -17,34 +17,12 @@
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
 #import bevy_contextual_ao::{
-    opacity_gradient::opacity_gradient,
+    shading::shade,
     view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, edge_sampler, volume},
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
-
-// Blinn-Phong coefficients.
-const AMBIENT: f32 = 0.3;
-const DIFFUSE: f32 = 0.7;
-const SPECULAR: f32 = 0.2;
-const SHININESS: f32 = 16.0;
-
-// Colour of a sample lit from the camera, which looks along `direction`.
-// `opacity` is what it adds to the pixel.
-fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
-    let ambient = mix(1.0, factor, volume.occlusion_share);
-    if opacity * volume.light_share <= 0.0 {
-        return color * ambient;
-    }
-    let gradient = opacity_gradient(p);
-    let steepness = length(gradient);
-    // Where the opacity does not change there is no surface to light.
-    let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);
-    let highlight = select(0.0, SPECULAR * pow(facing, SHININESS), steepness > 1e-6);
-    return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
-}
 
 // Colour and opacity so far, premultiplied.
 struct Pixel {
@@ -64,7 +42,9 @@ fn accumulate(before: Pixel, slice: Slice, direction: vec3<f32>) -> Pixel {
     if opacity <= 0.0 {
         return before;
     }
-    let color = shade(slice.sample.rgb, opacity, slice.p, direction);
+    let factor = textureSampleLevel(occlusion, edge_sampler, slice.p * volume.occlusion_from_texture, 0.0).r;
+    let ambient = mix(1.0, factor, volume.occlusion_share);
+    let color = shade(slice.sample.rgb, opacity, slice.p, direction, ambient);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 

@@ -26,6 +26,20 @@ pub struct DirectOcclusion {
 impl DirectOcclusion {
     /// The most samples along each side of the grid.
     pub const MOST_SAMPLES: u32 = 16;
+    /// The most slices of a volume; where there would be more they are farther apart.
+    pub const MOST_SLICES: u32 = 4096;
+
+    /// These settings within what can be computed; the defaults where they are no numbers.
+    pub(crate) fn clamped(&self) -> Self {
+        let default = Self::default();
+        let number = |value: f32, default: f32| if value.is_nan() { default } else { value };
+        Self {
+            aperture_degrees: number(self.aperture_degrees, default.aperture_degrees).clamp(0.0, 89.0),
+            samples: self.samples.clamp(1, Self::MOST_SAMPLES),
+            slice_voxels: number(self.slice_voxels, default.slice_voxels).clamp(0.05, 100.0),
+            ..*self
+        }
+    }
 }
 
 impl Default for DirectOcclusion {

@@ -7,6 +7,7 @@ use super::{
     brick_resources::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
     compute_pass::{ListEnd, WIDTH},
+    direct::SlicingUniform,
     filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     screen_space::views::ScreenSpaceUniform,
@@ -24,7 +25,8 @@ const PASS: &str = include_str!("occlusion_pass.wgsl");
 const WORK_LIST: &str = include_str!("work_list.wgsl");
 const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
 const SCREEN_SPACE: &str = include_str!("screen_space/bindings.wgsl");
-const VIEW_RAY: &str = include_str!("view_ray.wgsl");
+const WINDOW: &str = include_str!("window.wgsl");
+const SLICES: &str = include_str!("direct/slices.wgsl");
 
 /// Size and offsets of a WGSL struct, which has no other struct in it.
 fn wgsl_layout(shader: &str, name: &str) -> (u64, Vec<u64>) {
@@ -44,12 +46,13 @@ fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>
 
 #[test]
 fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 23>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<VolumeUniform, 24>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<FilteringData, 10>(), wgsl_layout(FILTERING, "Filtering"));
-    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(VIEW_RAY, "Window"));
     assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
+    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(WINDOW, "Window"));
+    assert_eq!(rust_layout::<SlicingUniform, 10>(), wgsl_layout(SLICES, "Slicing"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
         (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),

@@ -4,8 +4,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-            Buffer, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
+            self, BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
+            BindGroupLayoutEntry, Buffer, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
             ComputePipelineDescriptor, IntoBindingArray, PipelineCache,
         },
         renderer::RenderDevice,
@@ -105,6 +105,19 @@ impl ComputePass {
         device.create_bind_group(self.name, &cache.get_bind_group_layout(&self.layout), entries)
     }
 
+    /// Begins it, to be bound and dispatched; `None` while its pipeline is not there.
+    pub fn begin<'e>(
+        &self,
+        encoder: &'e mut CommandEncoder,
+        cache: &PipelineCache,
+    ) -> Option<render_resource::ComputePass<'e>> {
+        let pipeline = cache.get_compute_pipeline(self.pipeline)?;
+        let descriptor = ComputePassDescriptor { label: Some(self.name), timestamp_writes: None };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
+        pass.set_pipeline(pipeline);
+        Some(pass)
+    }
+
     /// Runs it once, with all its bind groups.
     pub fn encode<'b>(
         &self,
@@ -113,12 +126,9 @@ impl ComputePass {
         groups: Groups,
         cache: &PipelineCache,
     ) {
-        let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) else {
+        let Some(mut pass) = self.begin(encoder, cache) else {
             return;
         };
-        let mut pass = encoder
-            .begin_compute_pass(&ComputePassDescriptor { label: Some(self.name), timestamp_writes: None });
-        pass.set_pipeline(pipeline);
         for (index, group) in (0..).zip(bind_groups) {
             pass.set_bind_group(index, group, &[]);
         }

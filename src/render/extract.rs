@@ -10,7 +10,7 @@ use bevy::{
 use crate::{
     clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
     diagnostics::{CountWork, TimePassesByClock},
-    occlusion::{AmbientOcclusion, Shortcuts, VolumeShading},
+    occlusion::{AmbientOcclusion, DirectOcclusion, OcclusionMethod, Shortcuts, VolumeShading},
     volume::{LookupTable, ShownVolume, Volume, VolumeGeometry, longest_stretch},
 };
 
@@ -57,6 +57,16 @@ impl Influence {
 }
 
 impl ExtractedVolume {
+    /// How views shade it by direct occlusion, if they do; then they draw it, and the material does not.
+    pub fn direct(&self) -> Option<DirectOcclusion> {
+        match self.occlusion.method {
+            OcclusionMethod::Direct(settings) if self.shading.mode.uses_occlusion() => {
+                Some(settings.clamped())
+            }
+            _ => None,
+        }
+    }
+
     /// The influence on this volume, however it is scaled.
     pub fn influence(&self) -> Influence {
         // Rounding must not make a length too short.

@@ -4,9 +4,10 @@
 
 #import bevy_contextual_ao::{
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
-    view_ray::{OPAQUE, Slice, Window, begin_march, next_slice, view_ray},
+    view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
     volume_bindings::{correct_opacity, volume},
     voxel_masks::voxel_masks,
+    window::Window,
     work_list::{FRONT, append},
 }
 

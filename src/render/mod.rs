@@ -17,6 +17,7 @@ mod count_surfaces;
 mod cull;
 mod device_loss;
 mod dilate;
+mod direct;
 mod distances;
 mod encode;
 mod extract;
@@ -89,6 +90,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "view_ray.wgsl");
         load_shader_library!(app, "density.wgsl");
         load_shader_library!(app, "opacity_gradient.wgsl");
+        load_shader_library!(app, "window.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");
         embedded_asset!(app, "count_surfaces.wgsl");
         embedded_asset!(app, "peel.wgsl");
@@ -105,6 +107,7 @@ impl Plugin for OcclusionRenderPlugin {
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
             ExtractResourcePlugin::<VolumeBudget>::default(),
             screen_space::ScreenSpacePlugin,
+            direct::DirectOcclusionPlugin,
         ));
         let report = app.world().resource::<ReportChannel>().clone();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {

@@ -30,7 +30,7 @@ pub(crate) struct OcclusionPassUniform {
     pub found_weight: f32,
 }
 
-/// A view of a volume, as `Window` in WGSL.
+/// A view of a volume, as `Window` in WGSL (`window.wgsl`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct WindowUniform {
     pub view_from_clip: Mat4,

@@ -3,7 +3,7 @@
 use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::PipelineCache};
 
 use super::{
-    clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses,
+    clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses, direct::DirectPasses,
     distances::DistancePasses, filtering::FilteringPasses, mark::MarkPass, peel::PeelPasses,
     ranges::RangesPass, ray_cast::RayCastPasses, screen_space::ScreenSpacePasses,
 };
@@ -22,6 +22,7 @@ pub(crate) struct Passes<'w> {
     pub mark: Res<'w, MarkPass>,
     pub ray_cast: Res<'w, RayCastPasses>,
     pub screen_space: Res<'w, ScreenSpacePasses>,
+    pub direct: Res<'w, DirectPasses>,
     pub cache: Res<'w, PipelineCache>,
 }
 
@@ -43,5 +44,6 @@ impl Passes<'_> {
             && self.mark.is_ready(cache)
             && self.ray_cast.is_ready(cache)
             && self.screen_space.are_ready(cache)
+            && self.direct.is_ready(cache)
     }
 }

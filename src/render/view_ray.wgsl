@@ -28,17 +28,6 @@ const CLIPPED: u32 = 2u;
 // Visible behind one that is clipped; the cut between them is sampled first.
 const CUT: u32 = 3u;
 
-// A view of the volume, for passes other than drawing.
-struct Window {
-    view_from_clip: mat4x4<f32>,
-    world_from_view: mat4x4<f32>,
-    // Origin and size, pixels.
-    viewport: vec4<f32>,
-    // Pixels in which the volume may be seen.
-    first: vec2<u32>,
-    end: vec2<u32>,
-}
-
 struct ViewRay {
     // Where the ray starts on the near plane, volume space (mm), and its unit direction.
     near: vec3<f32>,
@@ -121,7 +110,7 @@ struct March {
 
 fn begin_march(ray: ViewRay) -> March {
     let count = ceil((ray.end_mm - ray.begin_mm) / volume.draw_step_mm - ray.offset);
-    return March(0u, u32(clamp(count, 0.0, 1e6)), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0), 0.0);
+    return March(0u, u32(clamp(count, 0.0, 1e6) * volume.march_share), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0), 0.0);
 }
 
 // Whether no carver clips the point of a ray at a distance from `near`.

@@ -6,8 +6,8 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BindGroupLayoutEntry, OwnedBindingResource, PipelineCache, SamplerBindingType, ShaderStages,
-            TextureSampleType, TextureViewDimension,
+            BindGroupLayoutEntry, BindingResource, OwnedBindingResource, PipelineCache, SamplerBindingType,
+            ShaderStages, TextureSampleType, TextureViewDimension,
             binding_types::{sampler, texture_2d, texture_2d_array, texture_3d, uniform_buffer},
         },
         renderer::RenderDevice,
@@ -58,7 +58,15 @@ pub(crate) fn bricks_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_bricks", &brick_layout_entries(ShaderStages::COMPUTE))
 }
 
-/// What is bound there, all of it. `None` before the buffers were first written.
+/// The same with the clipped opacities by which samples are lit, 9 (`shading.wgsl`).
+pub(crate) fn lit_layout() -> BindGroupLayoutDescriptor {
+    let mut entries = brick_layout_entries(ShaderStages::COMPUTE);
+    let opacities = texture_3d(TextureSampleType::Float { filterable: true });
+    entries.push(opacities.build(9, ShaderStages::COMPUTE));
+    BindGroupLayoutDescriptor::new("contextual_ao_lit", &entries)
+}
+
+/// What is bound to what is known of bricks, all of it. `None` before the buffers were first written.
 pub(crate) fn brick_bindings(
     volume: &VolumeResources,
     clip: &ClipTextures,
@@ -96,4 +104,21 @@ pub(crate) fn compute_bind_groups(
         device.create_bind_group("contextual_ao_volume", &cache.get_bind_group_layout(&layout), entries)
     };
     Some([group(compute_layout(), &entries[..7]), group(bricks_layout(), &entries)])
+}
+
+/// The group of [`lit_layout`].
+pub(crate) fn lit_bind_group(
+    volume: &VolumeResources,
+    clip: &ClipTextures,
+    formats: &Formats,
+    cache: &PipelineCache,
+    device: &RenderDevice,
+) -> Option<BindGroup> {
+    let bindings = brick_bindings(volume, clip, formats)?;
+    let bricks = bindings.iter().map(|(binding, resource)| (*binding, resource.get_binding()));
+    let opacities = (9, BindingResource::TextureView(&volume.opacities.view));
+    let entries = bricks.chain([opacities]).map(|(binding, resource)| BindGroupEntry { binding, resource });
+    let entries: Vec<_> = entries.collect();
+    let layout = cache.get_bind_group_layout(&lit_layout());
+    Some(device.create_bind_group("contextual_ao_lit", &layout, &entries))
 }

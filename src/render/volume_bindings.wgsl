@@ -43,6 +43,8 @@ struct VolumeUniform {
     // Texture coordinates → those of the occlusion texture; voxels along each side of what has one factor.
     occlusion_from_texture: vec3<f32>,
     occlusion_stride: u32,
+    // 0: drawing takes no samples, because a pass of the view draws the volume.
+    march_share: f32,
 }
 
 struct Carver {

@@ -38,6 +38,7 @@ pub(crate) struct VolumeUniform {
     visible_intensities: Vec2,
     occlusion_from_texture: Vec3,
     occlusion_stride: u32,
+    march_share: f32,
 }
 
 impl VolumeUniform {
@@ -58,8 +59,7 @@ impl VolumeUniform {
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
-        // Views that shade by themselves do so after drawing.
-        let has_factors = has_occlusion && volume.occlusion.method.is_of_voxels();
+        let is_of_voxels = volume.occlusion.method.is_of_voxels();
         let stride = volume.occlusion.resolution.stride();
         // What blocks at the far edges have beyond the grid is counted.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
@@ -69,7 +69,7 @@ impl VolumeUniform {
             local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
             local_from_world: Mat4::from(volume.world_from_local.inverse()),
             dimensions: geometry.dimensions,
-            occlusion_share: f32::from(mode.uses_occlusion() && has_factors),
+            occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion && is_of_voxels),
             light_share: f32::from(mode.uses_light()),
             jitter_share: f32::from(volume.shading.jitter),
             largest_stored: largest_stored as f32,
@@ -89,6 +89,7 @@ impl VolumeUniform {
             visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
+            march_share: f32::from(!has_occlusion || volume.direct().is_none()),
         }
     }
 }

@@ -15,6 +15,7 @@ mod awkward_meshes;
 mod awkward_poses;
 mod broken_files;
 mod chart;
+mod direct;
 mod drawing;
 mod exact;
 mod faults;

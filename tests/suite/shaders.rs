@@ -1,5 +1,6 @@
 //! Every variant of every compute shader composes and validates, without a device: those too that
-//! the device at hand would not use. The material's variants are drawn in `drawing`.
+//! the device at hand would not use. The material's variants are drawn in `drawing`, and those of
+//! `direct/composite.wgsl`, which imports Bevy's shaders, in `direct`.
 
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage, ShaderType,
@@ -15,7 +16,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 17] = sources![
+const LIBRARIES: [(&str, &str); 19] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -32,10 +33,12 @@ const LIBRARIES: [(&str, &str); 17] = sources![
     "filtering/voxel_lines.wgsl",
     "filtering/voxel_density.wgsl",
     "opacity_gradient.wgsl",
+    "window.wgsl",
     "screen_space/bindings.wgsl",
+    "../material/shading.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 19] = sources![
+const ENTRIES: [(&str, &str); 20] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -55,10 +58,11 @@ const ENTRIES: [(&str, &str); 19] = sources![
     "screen_space/opaque_surface.wgsl",
     "screen_space/volume_surface.wgsl",
     "screen_space/occlusion.wgsl",
+    "direct/slices.wgsl",
 ];
 
 /// Those that import of Bevy, and are drawn in tests.
-const DRAWN: [&str; 1] = ["screen_space/darken.wgsl"];
+const DRAWN: [&str; 2] = ["direct/composite.wgsl", "screen_space/darken.wgsl"];
 
 /// Definitions with which an entry is compiled, in all combinations.
 fn definitions_of(name: &str) -> &'static [&'static str] {
@@ -67,6 +71,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "peel.wgsl" => &["SEVERAL_LAYERS"],
         "dilate.wgsl" => &["REDUCE"],
         "clip.wgsl" => &["STORE_R8"],
+        "direct/slices.wgsl" => &["MULTISAMPLED"],
         "distances.wgsl" => &["OCCUPY"],
         "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
         "filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
@@ -100,6 +105,7 @@ fn shaders_in(folder: &Path, path: &str, found: &mut Vec<String>) {
 fn every_variant_composes_and_validates() {
     let mut shaders = Vec::new();
     shaders_in(&project_folder().join("src/render"), "", &mut shaders);
+    shaders.push("../material/shading.wgsl".into());
     shaders.sort_unstable();
     let mut listed: Vec<_> = LIBRARIES.iter().chain(&ENTRIES).map(|(name, _)| *name).collect();
     listed.extend(DRAWN);

@@ -34,7 +34,8 @@ pub(crate) struct FramePlan {
     /// Counts maps redrawn.
     pub maps_revision: u64,
     pub counts_work: bool,
-    pub times_by_clock: bool,
+    /// Whether to time by the clock, if nothing is counted.
+    times_by_clock: bool,
 }
 
 impl FramePlan {

@@ -8,8 +8,9 @@
 #import bevy_contextual_ao::{
     opacity_gradient::opacity_gradient,
     screen_space::{Surface, pack_surface, unpack_surface},
-    view_ray::{OPAQUE, ViewRay, Window, begin_march, is_visible_at, next_slice, view_ray},
+    view_ray::{OPAQUE, ViewRay, begin_march, is_visible_at, next_slice, view_ray},
     volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, volume},
+    window::Window,
 }
 
 @group(1) @binding(0) var<uniform> window: Window;

@@ -1,0 +1,26 @@
+// How samples of a volume are lit: darkened by occlusion, and where asked for Blinn-Phong (CAO paper,
+// section 3.5) with gradients of the clipped opacity (V_o, 3D Sobel) and a light at the camera.
+
+#define_import_path bevy_contextual_ao::shading
+
+#import bevy_contextual_ao::{opacity_gradient::opacity_gradient, volume_bindings::volume}
+
+// Blinn-Phong coefficients.
+const AMBIENT: f32 = 0.3;
+const DIFFUSE: f32 = 0.7;
+const SPECULAR: f32 = 0.2;
+const SHININESS: f32 = 16.0;
+
+// Colour of a sample lit from the camera, which looks along `direction`.
+// `opacity` is what it adds to the pixel, `ambient` the share of the light that comes to it.
+fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>, ambient: f32) -> vec3<f32> {
+    if opacity * volume.light_share <= 0.0 {
+        return color * ambient;
+    }
+    let gradient = opacity_gradient(p);
+    let steepness = length(gradient);
+    // Where the opacity does not change there is no surface to light.
+    let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);
+    let highlight = select(0.0, SPECULAR * pow(facing, SHININESS), steepness > 1e-6);
+    return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
+}
