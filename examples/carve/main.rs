@@ -6,6 +6,7 @@
 mod cutters;
 mod hands;
 mod loading;
+mod occlusion_panel;
 mod panel;
 mod timings;
 mod transfer_editor;

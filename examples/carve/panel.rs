@@ -14,7 +14,7 @@ use bevy_contextual_ao::{
 };
 use bevy_egui::{
     EguiContexts, EguiInput, EguiPreUpdateSet, EguiPrimaryContextPass,
-    egui::{self, Color32, ComboBox, Grid, ProgressBar, RichText, Slider, Ui, scroll_area::ScrollSource},
+    egui::{self, Color32, Grid, ProgressBar, RichText, Slider, Ui, scroll_area::ScrollSource},
     input::egui_wants_any_keyboard_input,
 };
 use bevy_panorbit_camera::PanOrbitCamera;
@@ -23,6 +23,7 @@ use crate::{
     cutters::Cutter,
     hands::{HELP, Hand},
     loading::{Content, Shown},
+    occlusion_panel,
     timings::{self, LastRuns},
     transfer_editor::{self, TransferEditor},
 };
@@ -32,9 +33,6 @@ const WIDTH: f32 = 330.0;
 const PADDING: f32 = 10.0;
 /// Dragging is for points and sliders.
 const SCROLLED_BY: ScrollSource = ScrollSource { drag: false, ..ScrollSource::ALL };
-const MAX_RAYS: u32 = 512;
-const MAX_STEPS: u32 = 100;
-const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
 const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
 const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 
@@ -136,7 +134,7 @@ fn show(
                     show_progress(ui, &readings, volume, *progress);
                     ui.separator();
                     show_shading(ui, shading);
-                    show_occlusion(ui, occlusion);
+                    occlusion_panel::show(ui, occlusion);
                     ui.separator();
                     if let Some(content) = &readings.shown.content {
                         edit_function(ui, &mut editor, functions.get_mut(&function.0), content);
@@ -205,36 +203,6 @@ fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>) {
     ui.add(Slider::new(&mut new.step_voxels, STEP_VOXELS).text("drawing step, voxels"));
     ui.checkbox(&mut new.jitter, "jitter the drawing steps");
     shading.set_if_neq(new);
-}
-
-fn show_occlusion(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
-    let mut new = occlusion.clone();
-    let rays = new.pattern.rays();
-    let patterns = [
-        RayPattern::Neighborhood6,
-        RayPattern::Neighborhood14,
-        RayPattern::Neighborhood26,
-        RayPattern::Rubik54,
-        RayPattern::Sphere512,
-        // Of as many rays as there are now.
-        RayPattern::Fibonacci(rays),
-    ];
-    let name = |pattern: RayPattern| match pattern {
-        RayPattern::Fibonacci(_) => "fibonacci".into(),
-        pattern => pattern.to_string(),
-    };
-    ComboBox::from_label("ray pattern").selected_text(name(new.pattern)).show_ui(ui, |ui| {
-        for pattern in patterns {
-            ui.selectable_value(&mut new.pattern, pattern, name(pattern));
-        }
-    });
-    if let RayPattern::Fibonacci(rays) = &mut new.pattern {
-        ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
-    }
-    ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
-    ui.add(Slider::new(&mut new.step_mm, STEP_MM).logarithmic(true).text("step, mm"));
-    // Any change restarts the computation.
-    occlusion.set_if_neq(new);
 }
 
 fn edit_function(

@@ -29,8 +29,9 @@ pub(crate) fn encode_passes(
     report: Res<ReportChannel>,
     ctx: RenderContext,
 ) {
-    let Passes { count, peel, dilate, ranges, cull, clip, distances, filtering, mark, ray_cast, cache, .. } =
-        passes;
+    let Passes {
+        count, peel, dilate, ranges, cull, clip, distances, filtering, mark, ray_cast, cache, ..
+    } = passes;
     let Some(textures) = &clip_maps.textures else {
         return;
     };

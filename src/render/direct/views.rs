@@ -23,9 +23,9 @@ use crate::{
     render::{
         clip_maps::ClipMaps,
         clip_textures::ClipTextures,
-        frame::Frame,
         extract::ExtractedScene,
         formats::Formats,
+        frame::Frame,
         pass_uniforms::WindowUniform,
         plan::{FramePlan, Views},
         volume_bindings,

@@ -75,7 +75,7 @@ pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
     add("a block is carved away", "ghost that stays", OF_RANGE, if_exact(1e-9), ghost.stays);
     add("a block is carved away", "lag", "frames", if_exact(0.0), ghost.lag as f64);
     // Two images of one surface differ by where its samples lie, also if their factors are the same.
-    add("two eyes, 6 degrees apart", "RMS difference", OF_RANGE, if_exact(0.02), places::eyes(occlusion));
+    add("two eyes, 6 degrees apart", "RMS difference", OF_RANGE, if_exact(0.005), places::eyes(occlusion));
     let edges = places::edges(occlusion);
     add("around a round post", "unevenness", OF_RANGE, None, places::unevenness(occlusion));
     add("edges of a cube", "brighter than its face by", OF_RANGE, None, edges);
