@@ -15,7 +15,8 @@ use super::DensitySource;
 pub struct OcclusionFiltering {
     /// How the share is estimated.
     pub estimate: DensityEstimate,
-    /// What is compared.
+    /// What is compared. The paper compares intensities. Opacities fit what is seen, but where the transfer
+    /// function is steep they jump from voxel to voxel, and single voxels show.
     pub density: DensitySource,
     /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere. A larger one
     /// finds larger hollows and blurs small ones. In whole voxels along each axis, at least 1, at most
@@ -58,7 +59,7 @@ impl Default for OcclusionFiltering {
     fn default() -> Self {
         Self {
             estimate: DensityEstimate::default(),
-            density: DensitySource::default(),
+            density: DensitySource::Intensity,
             radius_mm: 10.0,
             brightness: 1.0,
             modulation: OpacityModulation::default(),

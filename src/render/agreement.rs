@@ -49,7 +49,7 @@ fn rust_and_wgsl_agree() {
     assert_eq!(rust_layout::<VolumeUniform, 24>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
-    assert_eq!(rust_layout::<FilteringData, 10>(), wgsl_layout(FILTERING, "Filtering"));
+    assert_eq!(rust_layout::<FilteringData, 8>(), wgsl_layout(FILTERING, "Filtering"));
     assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(WINDOW, "Window"));
     assert_eq!(rust_layout::<SlicingUniform, 10>(), wgsl_layout(SLICES, "Slicing"));

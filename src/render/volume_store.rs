@@ -267,7 +267,7 @@ impl VolumeResources {
             &self.occlusion.texture,
         ]) + self.bricks.usage()
             + usage_of_buffers(&self.found)
-            + self.filtering.iter().map(FilteringResources::usage).fold(default(), core::ops::Add::add)
+            + self.filtering.as_ref().map_or_else(default, FilteringResources::usage)
     }
 }
 

@@ -196,7 +196,13 @@ fn modulation_is_as_defined() {
     let (dimensions, spacing) = (UVec3::new(15, 14, 12), DVec3::ONE);
     let mut scene = scene(folded_volume(dimensions, spacing), opaque_ramp(), true);
     for estimate in ESTIMATES {
-        let settings = OcclusionFiltering { estimate, radius_mm: 2.0, brightness: 1.5, ..default() };
+        let settings = OcclusionFiltering {
+            estimate,
+            density: DensitySource::Opacity,
+            radius_mm: 2.0,
+            brightness: 1.5,
+            ..default()
+        };
         let radii = radii(&settings, spacing);
         for modulation in [OpacityModulation::Variance(0.05), OpacityModulation::Gradient(0.2)] {
             let found = filter(&mut scene, OcclusionFiltering { modulation, ..settings });
