@@ -7,7 +7,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
-    diagnostics::SPAN_SCREEN_SPACE,
+    diagnostics::{SPAN_SCREEN_SPACE, TimePassesByClock},
     occlusion::ScreenSpaceOcclusion,
     prelude::*,
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
@@ -385,6 +385,14 @@ fn nothing_is_done_where_it_is_off() {
     }
     method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
     assert!(frames(&mut scene).0 == shaded, "it does not come back as it was");
+    // Timed by the clock, passes are run one by one; else all at the frame's end.
+    for by_clock in [false, true] {
+        scene.world().insert_resource(TimePassesByClock(by_clock));
+        let (image, ran) = frames(&mut scene);
+        assert!(image == shaded && ran == 3, "timed by the clock: {by_clock}, {ran} runs");
+        let ms = scene.status().passes.clock_ms(SPAN_SCREEN_SPACE);
+        assert_eq!(ms.is_some(), by_clock);
+    }
     scene.world().despawn(volume);
     assert_eq!(frames(&mut scene).1, 0, "runs without a volume");
 }

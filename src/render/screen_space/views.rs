@@ -124,7 +124,7 @@ fn settings_of(volume: &ExtractedVolume) -> Option<ScreenSpaceOcclusion> {
     let settings = settings.clamped();
     let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3()) as f32;
     let acts = volume.shading.mode.uses_occlusion() && settings.radius_mm > 0.0 && settings.samples > 0;
-    acts.then(|| ScreenSpaceOcclusion {
+    acts.then_some(ScreenSpaceOcclusion {
         radius_mm: settings.radius_mm * stretch,
         bias_mm: settings.bias_mm * stretch,
         ..settings
