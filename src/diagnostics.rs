@@ -6,6 +6,7 @@
 use bevy::{
     diagnostic::{DiagnosticPath, DiagnosticsStore},
     prelude::*,
+    render::extract_resource::ExtractResource,
 };
 use std::sync::{Arc, Mutex};
 
@@ -35,8 +36,10 @@ pub const SPAN_FILTER: &str = "contextual_ao/filter";
 pub const SPAN_SCREEN_SPACE: &str = "contextual_ao/screen_space";
 /// Shading the volumes of a view by direct occlusion, and drawing them.
 pub const SPAN_DIRECT: &str = "contextual_ao/direct";
+/// Sweeping light through volumes: [`OcclusionMethod::Sweeping`](crate::occlusion::OcclusionMethod::Sweeping).
+pub const SPAN_SWEEP: &str = "contextual_ao/sweep";
 /// All passes but Bevy's own.
-pub const SPANS: [&str; 12] = [
+pub const SPANS: [&str; 13] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -46,6 +49,7 @@ pub const SPANS: [&str; 12] = [
     SPAN_DISTANCES,
     SPAN_MARK,
     SPAN_RAY_CAST,
+    SPAN_SWEEP,
     SPAN_FILTER,
     SPAN_SCREEN_SPACE,
     SPAN_DIRECT,
@@ -67,6 +71,12 @@ pub(crate) const COUNTERS: [&str; 6] = [
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct CountWork(pub bool);
+
+/// Sweeps distances alone, without light, while `true`: what the occlusion of an isosurface adds to its distance
+/// field can be measured so. The occlusion stays what it was.
+#[derive(Resource, ExtractResource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct SweepDistancesAlone(pub bool);
 
 /// What the ray cast did in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

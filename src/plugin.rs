@@ -7,7 +7,7 @@ use bevy::{
 
 use crate::{
     clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
-    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
+    diagnostics::{CountWork, RenderStatus, ReportChannel, SweepDistancesAlone, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, OcclusionRenderPlugin},
@@ -29,6 +29,7 @@ impl Plugin for ContextualAoPlugin {
             .init_resource::<RenderStatus>()
             .init_resource::<CountWork>()
             .init_resource::<TimePassesByClock>()
+            .init_resource::<SweepDistancesAlone>()
             .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
             .add_systems(PreUpdate, receive_report);
         if app.get_sub_app(RenderApp).is_none() {

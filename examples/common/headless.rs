@@ -237,6 +237,28 @@ impl Headless {
         bytes.into_iter().skip(channel).step_by(bytes_per_voxel).collect()
     }
 
+    /// All bytes of a volume's texture, x fastest; empty while there is no such volume.
+    pub fn texels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
+        self.texture(volume, which)
+            .map(|texture| read_texture(self.render_world(), &texture))
+            .unwrap_or_default()
+    }
+
+    /// Signed distances of a volume that is swept by an isovalue, mm, x fastest; empty if it is not.
+    pub fn signed_distances(&self, volume: Entity) -> Vec<f32> {
+        let world = self.render_world();
+        let Some(buffer) = world.resource::<VolumeStore>().signed_distances(volume) else {
+            return Vec::new();
+        };
+        let bytes = read_back(world, buffer.size(), |encoder, target| {
+            encoder.copy_buffer_to_buffer(buffer, 0, target, 0, buffer.size());
+        });
+        bytes
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
+            .collect()
+    }
+
     /// Whether a mask holds for each voxel, x fastest; empty while there is no such volume.
     pub fn mask(&self, volume: Entity, which: VoxelMask) -> Vec<bool> {
         let world = self.render_world();

@@ -15,6 +15,7 @@ mod filtering;
 mod published;
 mod shell;
 mod stage;
+mod sweeping;
 mod tables;
 mod times;
 
@@ -114,6 +115,10 @@ struct Instead {
     /// Draws the charts again from a chart.csv.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Times of occlusion sweeping in generated volumes, with the times of table 2 of its paper beside. The
+    /// largest is 250 voxels along each side; --most leaves out larger ones.
+    #[arg(long)]
+    sweeping: bool,
 }
 
 impl Options {
@@ -148,6 +153,8 @@ fn main() -> Result<(), String> {
         chart::run(&options)
     } else if let Some(file) = &instead.plot {
         chart::plot_again(file, &options.out)
+    } else if instead.sweeping {
+        sweeping::run(&options)
     } else {
         carve::run(&options)
     }

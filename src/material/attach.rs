@@ -6,6 +6,7 @@ use bevy::{
     light::{NotShadowCaster, NotShadowReceiver},
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
+    render::renderer::RenderDevice,
 };
 
 use super::{VolumeMaterial, volume_material::MaterialVariant};
@@ -33,6 +34,7 @@ pub(super) fn attach_visuals(
         (Entity, &LookupTable, &AmbientOcclusion, &GlobalTransform, Option<&Visuals>),
         With<Volume3d>,
     >,
+    device: Res<RenderDevice>,
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -45,7 +47,7 @@ pub(super) fn attach_visuals(
             depth_map_size: clip_settings.depth_map_size,
             variant: MaterialVariant {
                 is_mirrored: transform.affine().matrix3.determinant() < 0.0,
-                texels: OcclusionTexels::of(occlusion),
+                texels: OcclusionTexels::of(occlusion, table.geometry.dimensions, &device),
             },
         };
         if current == Some(&visuals) {

@@ -16,6 +16,12 @@
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
+#ifdef OCTANTS
+#import bevy_contextual_ao::{
+    octants::{Octants, high_octants_at, low_octants_at, octants_factor},
+    opacity_gradient::opacity_gradient,
+}
+#endif
 #import bevy_contextual_ao::{
     shading::shade,
     view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
@@ -23,6 +29,18 @@
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
+
+// The share of the light that comes to a point.
+fn ambient_at(p: vec3<f32>) -> f32 {
+#ifdef OCTANTS
+    let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
+    let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
+    let factor = octants_factor(Octants(low, high), opacity_gradient(p));
+#else
+    let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
+#endif
+    return mix(1.0, factor, volume.occlusion_share);
+}
 
 // Colour and opacity so far, premultiplied.
 struct Pixel {
@@ -42,9 +60,7 @@ fn accumulate(before: Pixel, slice: Slice, direction: vec3<f32>) -> Pixel {
     if opacity <= 0.0 {
         return before;
     }
-    let factor = textureSampleLevel(occlusion, edge_sampler, slice.p * volume.occlusion_from_texture, 0.0).r;
-    let ambient = mix(1.0, factor, volume.occlusion_share);
-    let color = shade(slice.sample.rgb, opacity, slice.p, direction, ambient);
+    let color = shade(slice.sample.rgb, opacity, slice.p, direction, ambient_at(slice.p));
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 

@@ -54,6 +54,7 @@ impl OcclusionMethod {
         match self {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
+            Self::Sweeping(settings) => Self::Sweeping(settings.clamped()),
             other => other,
         }
     }

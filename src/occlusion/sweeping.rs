@@ -15,7 +15,7 @@ pub struct OcclusionSweeping {
     /// The paper's alpha of translucency (equation 8), 0 to 1: less lets more light through.
     pub opacity: f32,
     /// What is found is raised to 1 / gamma. Above 1 brightens, for the light that is reflected; the paper's
-    /// pictures have 2.
+    /// pictures have 2. From 0.1 to 10.
     pub gamma: f32,
 }
 
@@ -30,15 +30,34 @@ impl Default for OcclusionSweeping {
     }
 }
 
+impl OcclusionSweeping {
+    /// These settings within what can be computed.
+    pub(super) fn clamped(self) -> Self {
+        let surface = match self.surface {
+            // Nothing is inside.
+            SweepingSurface::Isovalue(value) if value.is_nan() => SweepingSurface::Isovalue(f32::INFINITY),
+            surface => surface,
+        };
+        Self {
+            surface,
+            opacity: if self.opacity.is_nan() { 1.0 } else { self.opacity.clamp(0.0, 1.0) },
+            gamma: if self.gamma > 0.0 { self.gamma.clamp(0.1, 10.0) } else { 1.0 },
+            ..self
+        }
+    }
+}
+
 /// What stops light that sweeps through a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum SweepingSurface {
-    /// The opacity of every voxel, whatever is seen of it.
+    /// The opacity of every voxel, over the mean of the three spacings: light takes as many steps along each
+    /// axis.
     #[default]
     Opacity,
     /// The surface at an intensity, in the file's units, as in the paper: by a signed distance field, found in
-    /// the same sweeps (equations 1 and 7).
+    /// the same sweeps (equations 1 and 7; h is the smallest spacing in the latter). What is clipped lies
+    /// outside.
     Isovalue(f32),
 }
 

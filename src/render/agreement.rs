@@ -11,6 +11,7 @@ use super::{
     filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     screen_space::views::ScreenSpaceUniform,
+    sweeping::{SIDE, SweepPlane, SweepingUniform, TILE},
     volume_store::VoxelMask,
     volume_uniform::VolumeUniform,
 };
@@ -27,6 +28,9 @@ const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
 const SCREEN_SPACE: &str = include_str!("screen_space/bindings.wgsl");
 const WINDOW: &str = include_str!("window.wgsl");
 const SLICES: &str = include_str!("direct/slices.wgsl");
+const SWEEPING: &str = include_str!("sweeping/sweeping.wgsl");
+const SWEEP: &str = include_str!("sweeping/sweep.wgsl");
+const OCTANTS: &str = include_str!("../material/octants.wgsl");
 
 /// Size and offsets of a WGSL struct, which has no other struct in it.
 fn wgsl_layout(shader: &str, name: &str) -> (u64, Vec<u64>) {
@@ -46,13 +50,15 @@ fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>
 
 #[test]
 fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 24>(), wgsl_layout(BINDINGS, "VolumeUniform"));
+    assert_eq!(rust_layout::<VolumeUniform, 28>(), wgsl_layout(BINDINGS, "VolumeUniform"));
     assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
     assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
     assert_eq!(rust_layout::<FilteringData, 8>(), wgsl_layout(FILTERING, "Filtering"));
     assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(WINDOW, "Window"));
     assert_eq!(rust_layout::<SlicingUniform, 10>(), wgsl_layout(SLICES, "Slicing"));
+    assert_eq!(rust_layout::<SweepingUniform, 10>(), wgsl_layout(SWEEPING, "Sweeping"));
+    assert_eq!(rust_layout::<SweepPlane, 3>(), wgsl_layout(SWEEP, "Plane"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
         (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),
@@ -64,6 +70,8 @@ fn rust_and_wgsl_agree() {
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
+        (SWEEP, "TILE", TILE),
+        (OCTANTS, "SIDE", SIDE as u32),
         (WORK_LIST, "FRONT", ListEnd::Front as u32),
         (WORK_LIST, "BACK", ListEnd::Back as u32),
         (PASS, "QUEUE_NONE", Queue::None as u32),

@@ -135,6 +135,10 @@ impl ComputePass {
         match groups {
             Groups::Square(side) => pass.dispatch_workgroups(side, side, 1),
             Groups::Pixels(size) => pass.dispatch_workgroups(size.x.div_ceil(8), size.y.div_ceil(8), 1),
+            Groups::Voxels(size) => {
+                let groups = brick_counts(size);
+                pass.dispatch_workgroups(groups.x, groups.y, groups.z);
+            }
             Groups::Bricks(count) | Groups::Invocations(count) => {
                 let groups = count.div_ceil(WIDTH);
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
@@ -143,6 +147,28 @@ impl ComputePass {
             Groups::Listed(list, end) => {
                 pass.dispatch_workgroups_indirect(list, 4 * (LIST_HEAD * end as u32) as u64)
             }
+        }
+    }
+
+    /// Runs it many times, each with an offset into the uniforms of the second bind group, and with so many
+    /// workgroups. Each sees what the one before wrote.
+    pub fn encode_steps(
+        &self,
+        encoder: &mut CommandEncoder,
+        [first, second]: [&BindGroup; 2],
+        steps: impl IntoIterator<Item = (u32, UVec2)>,
+        cache: &PipelineCache,
+    ) {
+        let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) else {
+            return;
+        };
+        let mut pass = encoder
+            .begin_compute_pass(&ComputePassDescriptor { label: Some(self.name), timestamp_writes: None });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, first, &[]);
+        for (offset, groups) in steps {
+            pass.set_bind_group(1, second, &[offset]);
+            pass.dispatch_workgroups(groups.x, groups.y, 1);
         }
     }
 }
@@ -154,6 +180,8 @@ pub(crate) enum Groups<'a> {
     Square(u32),
     /// One invocation for each pixel, 8x8 to a workgroup.
     Pixels(UVec2),
+    /// One invocation for each voxel, a brick to a workgroup.
+    Voxels(UVec3),
     /// One invocation for each of so many bricks.
     Bricks(u32),
     /// So many invocations.

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::diagnostics::{
     ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_FILTER,
-    SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST,
+    SPAN_MARK, SPAN_RANGES, SPAN_RAY_CAST, SPAN_SWEEP,
 };
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
@@ -30,7 +30,19 @@ pub(crate) fn encode_passes(
     ctx: RenderContext,
 ) {
     let Passes {
-        count, peel, dilate, ranges, cull, clip, distances, filtering, mark, ray_cast, cache, ..
+        count,
+        peel,
+        dilate,
+        ranges,
+        cull,
+        clip,
+        distances,
+        filtering,
+        mark,
+        ray_cast,
+        sweep,
+        cache,
+        ..
     } = passes;
     let Some(textures) = &clip_maps.textures else {
         return;
@@ -90,6 +102,10 @@ pub(crate) fn encode_passes(
     });
 
     // Or, by other methods, the occlusion of all voxels.
+    let sweeps = volumes.iter().filter_map(|job| Some((job, job.sweep.as_ref()?)));
+    frame.pass(SPAN_SWEEP, sweeps, |encoder, (job, swept)| {
+        sweep.encode(encoder, &job.bricks_group, swept, &cache);
+    });
     let filters = volumes.iter().filter_map(|job| Some((job, job.filter.as_ref()?)));
     frame.pass(SPAN_FILTER, filters, |encoder, (job, filter)| {
         filtering.encode(encoder, &job.bricks_group, filter, &cache);

@@ -11,7 +11,7 @@ use bevy::{
 };
 
 use super::formats::{Formats, volume_texture};
-use crate::volume::{Intensities, Volume, VolumeBudget, VolumeSize};
+use crate::volume::{Intensities, Rescale, Volume, VolumeBudget, VolumeSize};
 
 /// A [`Volume`] on the device.
 pub(crate) struct GpuVolume {
@@ -21,6 +21,8 @@ pub(crate) struct GpuVolume {
     pub largest_stored: f64,
     /// Lowest and highest intensity, in the file's units, as the texture gives them.
     pub range: [f64; 2],
+    /// How stored intensities become the file's units.
+    pub rescale: Rescale,
 }
 
 impl RenderAsset for GpuVolume {
@@ -53,7 +55,8 @@ impl RenderAsset for GpuVolume {
             &bytes,
         );
         let range = volume.range().map(|value| volume.to_stored(value) / largest_stored);
-        Ok(Self { view: texture.create_view(&default()), texture, largest_stored, range })
+        let view = texture.create_view(&default());
+        Ok(Self { view, texture, largest_stored, range, rescale: volume.rescale() })
     }
 }
 

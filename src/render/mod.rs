@@ -35,6 +35,7 @@ mod ranges;
 mod ray_cast;
 mod screen_space;
 mod surface_count;
+mod sweeping;
 mod textures;
 pub(crate) mod volume_bindings;
 mod volume_state;
@@ -56,7 +57,10 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::{diagnostics::ReportChannel, volume::VolumeBudget};
+use crate::{
+    diagnostics::{ReportChannel, SweepDistancesAlone},
+    volume::VolumeBudget,
+};
 
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
@@ -103,9 +107,12 @@ impl Plugin for OcclusionRenderPlugin {
         embedded_asset!(app, "mark.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
         filtering::add_shaders(app);
+        load_shader_library!(app, "sweeping/sweeping.wgsl");
+        sweeping::embed_shaders(app);
         app.add_plugins((
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
             ExtractResourcePlugin::<VolumeBudget>::default(),
+            ExtractResourcePlugin::<SweepDistancesAlone>::default(),
             screen_space::ScreenSpacePlugin,
             direct::DirectOcclusionPlugin,
         ));
@@ -135,6 +142,7 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<filtering::FilteringPasses>,
                     init_gpu_resource::<mark::MarkPass>,
                     init_gpu_resource::<ray_cast::RayCastPasses>,
+                    init_gpu_resource::<sweeping::SweepPasses>,
                 )
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),

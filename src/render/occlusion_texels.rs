@@ -1,6 +1,10 @@
 //! What the texels of a volume's occlusion texture hold: what computes them and what draws them agree by this.
 
-use bevy::{prelude::*, render::render_resource::TextureFormat};
+use bevy::{
+    log::warn_once,
+    prelude::*,
+    render::{render_resource::TextureFormat, renderer::RenderDevice},
+};
 
 use super::formats::Formats;
 use crate::occlusion::{
@@ -23,11 +27,15 @@ pub(crate) enum OcclusionTexels {
 }
 
 impl OcclusionTexels {
-    /// What a volume's settings call for.
-    pub fn of(occlusion: &AmbientOcclusion) -> Self {
+    /// What a volume's settings call for, and the device can hold.
+    pub fn of(occlusion: &AmbientOcclusion, voxels: UVec3, device: &RenderDevice) -> Self {
         match occlusion.method {
             OcclusionMethod::Sweeping(sweeping) if sweeping.geometry_term != GeometryTerm::None => {
-                Self::Octants
+                if holds_octants(voxels, device) {
+                    Self::Octants
+                } else {
+                    Self::Factors
+                }
             }
             OcclusionMethod::Filtering(filtering) if filtering.modulation != OpacityModulation::None => {
                 Self::Modulated
@@ -55,4 +63,16 @@ impl OcclusionTexels {
             Self::Octants => Some("OCTANTS"),
         }
     }
+}
+
+/// Whether a device has room for the octants of so many voxels.
+fn holds_octants(voxels: UVec3, device: &RenderDevice) -> bool {
+    let limits = device.limits();
+    let bytes = 8 * voxels.as_u64vec3().element_product();
+    let holds = 2 * voxels.z <= limits.max_texture_dimension_3d
+        && bytes <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if !holds {
+        warn_once!("the device cannot hold eight octants of {voxels} voxels: swept without geometry term");
+    }
+    holds
 }

@@ -5,7 +5,7 @@ use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::Pipeli
 use super::{
     clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses, direct::DirectPasses,
     distances::DistancePasses, filtering::FilteringPasses, mark::MarkPass, peel::PeelPasses,
-    ranges::RangesPass, ray_cast::RayCastPasses, screen_space::ScreenSpacePasses,
+    ranges::RangesPass, ray_cast::RayCastPasses, screen_space::ScreenSpacePasses, sweeping::SweepPasses,
 };
 
 /// The passes and their pipelines.
@@ -21,6 +21,7 @@ pub(crate) struct Passes<'w> {
     pub filtering: Res<'w, FilteringPasses>,
     pub mark: Res<'w, MarkPass>,
     pub ray_cast: Res<'w, RayCastPasses>,
+    pub sweep: Res<'w, SweepPasses>,
     pub screen_space: Res<'w, ScreenSpacePasses>,
     pub direct: Res<'w, DirectPasses>,
     pub cache: Res<'w, PipelineCache>,
@@ -43,6 +44,7 @@ impl Passes<'_> {
             && self.filtering.is_ready(cache)
             && self.mark.is_ready(cache)
             && self.ray_cast.is_ready(cache)
+            && self.sweep.is_ready(cache)
             && self.screen_space.are_ready(cache)
             && self.direct.is_ready(cache)
     }

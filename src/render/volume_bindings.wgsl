@@ -43,6 +43,12 @@ struct VolumeUniform {
     // Texture coordinates → those of the occlusion texture; voxels along each side of what has one factor.
     occlusion_from_texture: vec3<f32>,
     occlusion_stride: u32,
+    // Of octants, when drawn by the normal: the weights of 0 to 3 and of 4 to 7, the largest 1; the exponent of
+    // what is found; 1 where surfaces are lit from both sides.
+    low_octants: vec4<f32>,
+    high_octants: vec4<f32>,
+    occlusion_power: f32,
+    both_sides: f32,
     // 0: drawing takes no samples, because a pass of the view draws the volume.
     march_share: f32,
 }

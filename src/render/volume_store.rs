@@ -6,8 +6,9 @@ use bevy::{
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, Extent3d, StorageBuffer, Texture, TextureDescriptor,
-            TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
+            Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, StorageBuffer, TexelCopyBufferLayout,
+            TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+            TextureView, TextureViewDimension, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -25,6 +26,7 @@ use super::{
     gpu_volume::GpuVolume,
     occlusion_texels::OcclusionTexels,
     pass_uniforms::OcclusionPassUniform,
+    sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
     textures::{TextureAndView, usage_of, usage_of_buffers},
     volume_state::VolumeState,
     volume_uniform::{VolumeUniform, ray_table},
@@ -32,7 +34,7 @@ use super::{
 use crate::{
     diagnostics::GpuUsage,
     occlusion::OcclusionMethod,
-    volume::{LookupTable, Volume},
+    volume::{LookupTable, Rescale, Volume},
 };
 
 /// The resources of every volume in the scene, by the main world's entity.
@@ -72,6 +74,8 @@ pub(crate) struct VolumeResources {
     pub largest_stored: f64,
     /// Lowest and highest intensity, as the texture gives them.
     range: [f64; 2],
+    rescale: Rescale,
+    /// The transfer function; behind it, where octants are drawn, their geometry term.
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
@@ -86,6 +90,7 @@ pub(crate) struct VolumeResources {
     pub bricks: BrickResources,
     /// Of methods that cast some rays in every frame: what they found so far, a number a voxel.
     pub found: Option<Buffer>,
+    pub sweeping: Option<SweepResources>,
     pub filtering: Option<FilteringResources>,
     pub state: VolumeState,
 }
@@ -99,11 +104,11 @@ struct VolumeIdentity {
 }
 
 impl VolumeIdentity {
-    fn of(volume: &ExtractedVolume) -> Self {
+    fn of(volume: &ExtractedVolume, device: &RenderDevice) -> Self {
         Self {
             asset: volume.asset,
             revision: volume.table.volume_revision,
-            texels: OcclusionTexels::of(&volume.occlusion),
+            texels: OcclusionTexels::of(&volume.occlusion, volume.geometry.dimensions, device),
         }
     }
 }
@@ -127,6 +132,13 @@ impl VolumeStore {
         Some((&bricks.voxel_masks, first, size))
     }
 
+    /// Of a volume swept by [`SweepingSurface::Isovalue`](crate::occlusion::SweepingSurface): the signed distance
+    /// of every voxel from the surface, 32-bit floats, mm, x fastest; below 0 inside, 1e18 or -1e18 where
+    /// there is no surface.
+    pub fn signed_distances(&self, volume: Entity) -> Option<&Buffer> {
+        self.0.get(&MainEntity::from(volume))?.sweeping.as_ref()?.distances.as_ref()
+    }
+
     /// Makes what volumes that came, or changed their data, need; frees what the others had.
     pub(super) fn update(
         &mut self,
@@ -138,7 +150,7 @@ impl VolumeStore {
         let alive: HashSet<_> = scene.volumes.iter().map(|volume| volume.entity).collect();
         self.0.retain(|entity, _| alive.contains(entity));
         for volume in &scene.volumes {
-            let identity = VolumeIdentity::of(volume);
+            let identity = VolumeIdentity::of(volume, device);
             let resources = self.0.get_mut(&volume.entity);
             if let Some(resources) = resources.filter(|resources| resources.identity == identity) {
                 resources.keep_for_method(volume, device);
@@ -179,12 +191,17 @@ impl VolumeResources {
             intensities: gpu_volume.view.clone(),
             intensity_texture: gpu_volume.texture.clone(),
             largest_stored: gpu_volume.largest_stored,
+            rescale: gpu_volume.rescale,
             range: gpu_volume.range,
             lookup_table: TextureAndView::new(
                 device,
                 &TextureDescriptor {
                     label: Some("contextual_ao_lookup_table"),
-                    size: Extent3d { width: LookupTable::ENTRIES as u32, ..default() },
+                    size: Extent3d {
+                        width: LookupTable::ENTRIES as u32,
+                        height: 1 + if identity.texels == OcclusionTexels::Octants { TABLE_ROWS } else { 0 },
+                        ..default()
+                    },
                     mip_level_count: 1,
                     sample_count: 1,
                     dimension: TextureDimension::D2,
@@ -203,6 +220,7 @@ impl VolumeResources {
             rays: default(),
             bricks: BrickResources::new(dimensions, device),
             found: None,
+            sweeping: None,
             filtering: None,
             state: default(),
         }
@@ -222,28 +240,33 @@ impl VolumeResources {
             self.found = is_progressive.then(|| device.create_buffer(&descriptor));
         }
         self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
+        match &volume.occlusion.method {
+            OcclusionMethod::Sweeping(settings) => {
+                let stored = (self.rescale, self.largest_stored);
+                let texels = self.identity.texels;
+                SweepResources::keep(&mut self.sweeping, settings, volume, texels, stored, device);
+            }
+            _ => self.sweeping = None,
+        }
     }
 
     /// Whether there is what a method needs: the device may be too small.
     pub fn can_compute(&self, method: &OcclusionMethod) -> bool {
-        !matches!(method, OcclusionMethod::Filtering(_)) || self.filtering.is_some()
+        match method {
+            OcclusionMethod::Sweeping(_) => self.sweeping.is_some(),
+            OcclusionMethod::Filtering(_) => self.filtering.is_some(),
+            _ => true,
+        }
     }
 
     /// Uploads the lookup table and the rays where they changed.
     pub fn upload(&mut self, volume: &ExtractedVolume, device: &RenderDevice, queue: &RenderQueue) {
+        if self.state.table_revision.is_none() && self.identity.texels == OcclusionTexels::Octants {
+            self.write_table_rows(1, &geometry_term_table(), queue);
+        }
         if self.state.table_revision != Some(volume.table.revision) {
             self.state.table_revision = Some(volume.table.revision);
-            let texture = &self.lookup_table.texture;
-            queue.write_texture(
-                texture.as_image_copy(),
-                bytemuck::cast_slice(&volume.table.entries),
-                bevy::render::render_resource::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(16 * texture.width()),
-                    rows_per_image: None,
-                },
-                texture.size(),
-            );
+            self.write_table_rows(0, &volume.table.entries, queue);
             let mut opaque = 0u32;
             let before = volume.table.entries.iter().map(|entry| {
                 opaque += u32::from(entry[3] > 0.0);
@@ -259,7 +282,23 @@ impl VolumeResources {
         }
     }
 
+    /// Writes whole rows of the lookup table's texture.
+    fn write_table_rows(&self, first: u32, texels: &[[f32; 4]], queue: &RenderQueue) {
+        let texture = &self.lookup_table.texture;
+        let width = texture.width();
+        let origin = Origin3d { y: first, ..default() };
+        let layout =
+            TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: None };
+        queue.write_texture(
+            TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+            bytemuck::cast_slice(texels),
+            layout,
+            Extent3d { width, height: texels.len() as u32 / width, ..default() },
+        );
+    }
+
     fn usage(&self) -> GpuUsage {
+        let sweeping = self.sweeping.as_ref().map(SweepResources::usage).unwrap_or_default();
         usage_of([
             &self.intensity_texture,
             &self.lookup_table.texture,
@@ -268,6 +307,7 @@ impl VolumeResources {
         ]) + self.bricks.usage()
             + usage_of_buffers(&self.found)
             + self.filtering.as_ref().map_or_else(default, FilteringResources::usage)
+            + sweeping
     }
 }
 

@@ -8,7 +8,7 @@ use bevy::{
 
 use super::extract::ExtractedVolume;
 use crate::{
-    occlusion::{AmbientOcclusion, OcclusionMethod, Shortcuts},
+    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, Shortcuts},
     volume::LookupTable,
 };
 
@@ -38,6 +38,10 @@ pub(crate) struct VolumeUniform {
     visible_intensities: Vec2,
     occlusion_from_texture: Vec3,
     occlusion_stride: u32,
+    low_octants: Vec4,
+    high_octants: Vec4,
+    occlusion_power: f32,
+    both_sides: f32,
     march_share: f32,
 }
 
@@ -61,6 +65,15 @@ impl VolumeUniform {
         let mode = volume.shading.mode;
         let is_of_voxels = volume.occlusion.method.is_of_voxels();
         let stride = volume.occlusion.resolution.stride();
+        // A surface has all its light where it is turned to octants of full weight.
+        let weights = volume.occlusion.sky.normalized();
+        let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
+        let (power, both_sides) = match volume.occlusion.method {
+            OcclusionMethod::Sweeping(sweeping) => {
+                (sweeping.gamma.recip(), f32::from(sweeping.geometry_term == GeometryTerm::BothSides))
+            }
+            _ => (1.0, 0.0),
+        };
         // What blocks at the far edges have beyond the grid is counted.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
@@ -89,6 +102,10 @@ impl VolumeUniform {
             visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
+            low_octants: Vec4::from_slice(&octants[..4]),
+            high_octants: Vec4::from_slice(&octants[4..]),
+            occlusion_power: power,
+            both_sides,
             march_share: f32::from(!has_occlusion || volume.direct().is_none()),
         }
     }

@@ -31,4 +31,5 @@ mod shaders;
 mod shortcuts;
 mod small_files;
 mod stability;
+mod sweeping;
 mod transfer_function;

@@ -16,7 +16,7 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 19] = sources![
+const LIBRARIES: [(&str, &str); 20] = sources![
     "volume_bindings.wgsl",
     "bricks.wgsl",
     "brick_bindings.wgsl",
@@ -35,10 +35,11 @@ const LIBRARIES: [(&str, &str); 19] = sources![
     "opacity_gradient.wgsl",
     "window.wgsl",
     "screen_space/bindings.wgsl",
+    "sweeping/sweeping.wgsl",
     "../material/shading.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 20] = sources![
+const ENTRIES: [(&str, &str); 23] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -59,6 +60,9 @@ const ENTRIES: [(&str, &str); 20] = sources![
     "screen_space/volume_surface.wgsl",
     "screen_space/occlusion.wgsl",
     "direct/slices.wgsl",
+    "sweeping/isosurface.wgsl",
+    "sweeping/sweep.wgsl",
+    "sweeping/collect.wgsl",
 ];
 
 /// Those that import of Bevy, and are drawn in tests.
@@ -73,6 +77,8 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "clip.wgsl" => &["STORE_R8"],
         "direct/slices.wgsl" => &["MULTISAMPLED"],
         "distances.wgsl" => &["OCCUPY"],
+        "sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],
+        "sweeping/collect.wgsl" => &["OCTANTS", "STORE_R8"],
         "ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
         "filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
         "filtering/extrema.wgsl" => &["OF_DENSITIES"],

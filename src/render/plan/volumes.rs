@@ -13,7 +13,7 @@ use bevy::{
 
 use super::{FramePlan, views::Views, work::Work};
 use crate::{
-    diagnostics::ReportChannel,
+    diagnostics::{ReportChannel, SweepDistancesAlone},
     render::{
         brick_resources::{BrickResources, PENDING, work_group},
         carver_uniform::{CarverTable, CarverUniform},
@@ -26,6 +26,7 @@ use crate::{
         mark::MarkJob,
         passes::Passes,
         ray_cast::RayCastJob,
+        sweeping::SweepJob,
         volume_bindings,
         volume_state::Contents,
         volume_store::{VolumeResources, VolumeStore},
@@ -49,6 +50,8 @@ pub(crate) struct VolumeJob {
     pub words: BindGroup,
     /// Step V, for what was put on the list.
     pub cast: Option<RayCastJob>,
+    /// The same of all voxels, by sweeps.
+    pub sweep: Option<SweepJob>,
     /// Occlusion by filtering.
     pub filter: Option<FilteringJob>,
 }
@@ -73,6 +76,7 @@ pub(crate) struct VolumePasses<'w> {
     formats: Res<'w, Formats>,
     device: Res<'w, RenderDevice>,
     queue: Res<'w, RenderQueue>,
+    distances_alone: Res<'w, SweepDistancesAlone>,
 }
 
 /// Writes what the shaders read and plans the passes over volumes.
@@ -176,7 +180,7 @@ impl Work {
         counts: bool,
         volume_passes: &VolumePasses,
     ) -> Option<VolumeJob> {
-        let VolumePasses { passes, formats, device, queue } = volume_passes;
+        let VolumePasses { passes, formats, device, queue, distances_alone } = volume_passes;
         let cache = &*passes.cache;
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
@@ -218,6 +222,11 @@ impl Work {
             words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
             cast: if self.casts {
                 passes.ray_cast.bind_volume(volume, formats, counts, self.goes_on, cache, device)
+            } else {
+                None
+            },
+            sweep: if self.computes_all {
+                passes.sweep.bind_volume(volume, distances_alone.0, cache, device, queue)
             } else {
                 None
             },

@@ -1,0 +1,33 @@
+// What sweeps found of every voxel goes to the occlusion texture: the octants' mean, with the paper's gamma
+// (Singh, Yuksel, House 2009, section 3), or what each octant sees, for the material to weigh by the normal.
+
+#import bevy_contextual_ao::{
+    sweeping::{index_of, sweeping},
+    volume_bindings::volume,
+}
+
+@group(1) @binding(5) var<storage, read> found: array<u32>;
+#ifdef OCTANTS
+@group(1) @binding(7) var occlusion: texture_storage_3d<rgba8unorm, write>;
+#else ifdef STORE_R8
+@group(1) @binding(7) var occlusion: texture_storage_3d<r8unorm, write>;
+#else
+@group(1) @binding(7) var occlusion: texture_storage_3d<rgba8unorm, write>;
+#endif
+
+@compute @workgroup_size(4, 4, 4)
+fn collect(@builtin(global_invocation_id) voxel: vec3<u32>) {
+    if any(voxel >= volume.dimensions) {
+        return;
+    }
+    let index = index_of(voxel);
+#ifdef OCTANTS
+    textureStore(occlusion, voxel, unpack4x8unorm(found[2u * index]));
+    let behind = vec3(voxel.xy, voxel.z + volume.dimensions.z);
+    textureStore(occlusion, behind, unpack4x8unorm(found[2u * index + 1u]));
+#else
+    let mean = saturate(bitcast<f32>(found[index]));
+    let factor = select(0.0, pow(mean, sweeping.power), mean > 0.0);
+    textureStore(occlusion, voxel, vec4(factor, 0.0, 0.0, 0.0));
+#endif
+}

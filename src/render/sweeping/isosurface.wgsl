@@ -1,0 +1,64 @@
+// The first step of fast sweeping (Singh, Yuksel, House 2009, section 1.1): signed distances, mm, of voxels next
+// to the surface at an isovalue, inside below 0, and FAR of all others.
+//
+// Along an edge of the grid the surface is where intensities cross the isovalue, linear between voxels. Where
+// it crosses edges along several axes, it is taken for the plane through the nearest crossing along each: that
+// is 1 / sqrt(1/x² + 1/y² + 1/z²) away.
+
+#import bevy_contextual_ao::{
+    density::clipped_intensity,
+    sweeping::{FAR, index_of, sweeping},
+    volume_bindings::{intensities, volume},
+}
+
+@group(1) @binding(5) var<storage, read_write> differences: array<f32>;
+@group(1) @binding(6) var<storage, read_write> signed_distances: array<f32>;
+
+// How far the intensity of every voxel is inside. What is clipped goes over to the same distance outside, so
+// that the surface of a cut is where half of a voxel is clipped.
+@compute @workgroup_size(4, 4, 4)
+fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
+    if any(voxel >= volume.dimensions) {
+        return;
+    }
+    let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
+    let outside = sweeping.isovalue - sweeping.side * abs(difference);
+    let clipped = clipped_intensity(voxel, outside);
+    differences[index_of(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
+}
+
+// Share of the way from a voxel to the nearer crossing along an axis; 2 if there is none.
+fn way_to_crossing(voxel: vec3<u32>, axis: u32, here: f32) -> f32 {
+    var nearest = 2.0;
+    for (var side = 0u; side < 2u; side += 1u) {
+        var neighbor = voxel;
+        // Below 0 it wraps round, to what is no voxel either.
+        neighbor[axis] += 2u * side - 1u;
+        if neighbor[axis] < volume.dimensions[axis] {
+            let there = differences[index_of(neighbor)];
+            if (here > 0.0) != (there > 0.0) {
+                nearest = min(nearest, here / (here - there));
+            }
+        }
+    }
+    return nearest;
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn initialize_distances(@builtin(global_invocation_id) voxel: vec3<u32>) {
+    if any(voxel >= volume.dimensions) {
+        return;
+    }
+    let index = index_of(voxel);
+    let here = differences[index];
+    var closeness = 0.0;
+    for (var axis = 0u; axis < 3u; axis += 1u) {
+        let way = way_to_crossing(voxel, axis, here);
+        if way < 1.5 {
+            let distance_mm = max(way, 1e-6) * sweeping.spacing_mm[axis];
+            closeness += 1.0 / (distance_mm * distance_mm);
+        }
+    }
+    let distance_mm = select(FAR, inverseSqrt(max(closeness, 1e-30)), closeness > 0.0);
+    signed_distances[index] = select(distance_mm, -distance_mm, here > 0.0);
+}

@@ -1,0 +1,60 @@
+//! In which order tiles are swept.
+
+use bevy::{prelude::*, render::render_resource::ShaderType};
+
+/// Voxels along each side of a tile, as in `sweep.wgsl`.
+pub(crate) const TILE: u32 = 8;
+
+/// The tiles of one dispatch, as `Plane` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct SweepPlane {
+    /// Where the light comes from.
+    pub octant: u32,
+    /// Sum of the tiles' three indices, counted from where the sweep begins.
+    pub number: u32,
+    /// The first two indices of the first workgroup's tile.
+    pub first: UVec2,
+}
+
+/// Number of tiles along each axis, those at the edges counted whole.
+pub(crate) fn tile_counts(dimensions: UVec3) -> UVec3 {
+    dimensions.map(|count| count.div_ceil(TILE))
+}
+
+/// The planes of one sweep in their order, each with as many workgroups as surround its tiles.
+pub(crate) fn planes(octant: u32, tiles: UVec3) -> impl Iterator<Item = (SweepPlane, UVec2)> {
+    let last = tiles - 1;
+    (0..=last.element_sum()).map(move |number| {
+        let least = |a: u32, b: u32| number.saturating_sub(a + b);
+        let first = UVec2::new(least(last.y, last.z), least(last.x, last.z));
+        let groups = last.truncate().min(UVec2::splat(number)) - first + 1;
+        (SweepPlane { octant, number, first }, groups)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_tile_is_in_a_workgroup_of_its_plane() {
+        assert_eq!(tile_counts(UVec3::new(1, 8, 9)), UVec3::new(1, 1, 2));
+        for tiles in [UVec3::ONE, UVec3::new(1, 5, 2), UVec3::new(4, 3, 6), UVec3::new(7, 1, 1)] {
+            let mut found = Vec::new();
+            for (plane, groups) in planes(3, tiles) {
+                assert_eq!(plane.octant, 3);
+                for (x, y) in (0..groups.y).flat_map(|y| (0..groups.x).map(move |x| (x, y))) {
+                    let [x, y] = [plane.first.x + x, plane.first.y + y];
+                    assert!(x < tiles.x && y < tiles.y);
+                    if x + y <= plane.number && plane.number - x - y < tiles.z {
+                        found.push([x, y, plane.number - x - y]);
+                    }
+                }
+            }
+            let count = found.len();
+            found.sort_unstable();
+            found.dedup();
+            assert_eq!([count, found.len()], [tiles.element_product() as usize; 2], "{tiles}");
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! What sweeping keeps on the device for a volume, and its settings (`sweeping.wgsl`).
+
+use bevy::{
+    log::warn_once,
+    prelude::*,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, UniformBuffer,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::planes::{SweepPlane, TILE, planes, tile_counts};
+use crate::{
+    diagnostics::GpuUsage,
+    occlusion::{OcclusionSweeping, SweepingSurface},
+    render::{OcclusionTexels, extract::ExtractedVolume, textures::usage_of_buffers},
+    volume::Rescale,
+};
+
+/// The settings, as `Sweeping` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct SweepingUniform {
+    weights: [Vec4; 2],
+    spacing_mm: Vec3,
+    smallest_spacing_mm: f32,
+    transmittance_exponent: f32,
+    opacity: f32,
+    power: f32,
+    isovalue: f32,
+    side: f32,
+    keeps_octants: u32,
+}
+
+/// Buffers of one volume.
+pub(crate) struct SweepResources {
+    pub uniform: UniformBuffer<SweepingUniform>,
+    /// Of all planes of all octants.
+    pub planes: DynamicUniformBuffer<SweepPlane>,
+    /// Where each of them is, and its workgroups; octant by octant.
+    pub dispatches: Vec<(u32, UVec2)>,
+    /// Light on its way from tile to tile: a number for every column along each axis.
+    pub faces: Buffer,
+    /// What was found of every voxel: the octants' mean, or eight bytes. Before that, intensities beyond the
+    /// isovalue.
+    pub found: Buffer,
+    /// Signed distance of every voxel from the surface at the isovalue, mm, if that is what occludes.
+    pub distances: Option<Buffer>,
+    /// Whether what octants see is kept, or their mean.
+    pub keeps_octants: bool,
+    pub dimensions: UVec3,
+}
+
+impl SweepResources {
+    /// Keeps what is there for a volume's settings, or makes it. There is none if the device cannot bind it.
+    pub fn keep(
+        kept: &mut Option<Self>,
+        settings: &OcclusionSweeping,
+        volume: &ExtractedVolume,
+        texels: OcclusionTexels,
+        stored: (Rescale, f64),
+        device: &RenderDevice,
+    ) {
+        let finds_distances = matches!(settings.surface, SweepingSurface::Isovalue(_));
+        let keeps_octants = texels == OcclusionTexels::Octants;
+        let fits = |resources: &Self| {
+            resources.distances.is_some() == finds_distances && resources.keeps_octants == keeps_octants
+        };
+        if !kept.as_ref().is_some_and(fits) {
+            // First free, then allocate.
+            *kept = None;
+            *kept = Self::new(volume.geometry.dimensions, finds_distances, keeps_octants, device);
+        }
+        if let Some(resources) = kept {
+            let uniform = uniform(settings, volume, keeps_octants, stored);
+            resources.uniform.set(uniform);
+        }
+    }
+
+    fn new(
+        dimensions: UVec3,
+        finds_distances: bool,
+        keeps_octants: bool,
+        device: &RenderDevice,
+    ) -> Option<Self> {
+        let voxels = dimensions.as_u64vec3().element_product();
+        let tiles = tile_counts(dimensions);
+        let columns = (tiles * TILE).as_u64vec3();
+        let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
+        let found = if keeps_octants { 8 } else { 4 } * voxels;
+        let limits = device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if found > most {
+            warn_once!(
+                "occlusion sweeping of {dimensions} voxels needs {found} bytes in a buffer, the device allows \
+                 {most}: they are drawn without occlusion"
+            );
+            return None;
+        }
+        let buffer = |label, size| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let mut uniforms = DynamicUniformBuffer::default();
+        let all = (0..8).flat_map(|octant| planes(octant, tiles));
+        let dispatches = all.map(|(plane, groups)| (uniforms.push(&plane), groups)).collect();
+        Some(Self {
+            uniform: default(),
+            planes: uniforms,
+            dispatches,
+            faces: buffer("contextual_ao_sweep_faces", 4 * faces),
+            found: buffer("contextual_ao_sweep_found", found),
+            distances: finds_distances.then(|| buffer("contextual_ao_sweep_distances", 4 * voxels)),
+            keeps_octants,
+            dimensions,
+        })
+    }
+
+    /// The dispatches of the sweeps from octants that bring light, or of all.
+    pub fn sweeps(&self, all: bool) -> impl Iterator<Item = (u32, UVec2)> + '_ {
+        let weights = self.uniform.get().weights;
+        let octants = self.dispatches.chunks(self.dispatches.len() / 8).enumerate();
+        let needed = octants.filter(move |(octant, _)| all || weights[octant / 4][octant % 4] > 0.0);
+        needed.flat_map(|(_, sweep)| sweep.iter().copied())
+    }
+
+    /// What they take.
+    pub fn usage(&self) -> GpuUsage {
+        usage_of_buffers([&self.faces, &self.found]) + usage_of_buffers(&self.distances)
+    }
+}
+
+/// The settings as shaders read them. `stored` is how stored intensities become the file's units, and
+/// which of them the texture gives as 1.
+fn uniform(
+    settings: &OcclusionSweeping,
+    volume: &ExtractedVolume,
+    keeps_octants: bool,
+    (rescale, largest_stored): (Rescale, f64),
+) -> SweepingUniform {
+    let spacing_mm = volume.geometry.spacing_mm;
+    let step_mm = f64::from(volume.occlusion.step_mm);
+    // Light takes as many steps along each axis: on average it crosses the mean of the spacings.
+    let voxel_mm = spacing_mm.element_sum() / 3.0;
+    let side = rescale.slope.signum();
+    let isovalue = match settings.surface {
+        SweepingSurface::Isovalue(value) => {
+            (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored
+        }
+        SweepingSurface::Opacity => 0.0,
+    };
+    let weights = volume.occlusion.sky.normalized();
+    SweepingUniform {
+        weights: [Vec4::from_slice(&weights[..4]), Vec4::from_slice(&weights[4..])],
+        spacing_mm: spacing_mm.as_vec3(),
+        smallest_spacing_mm: spacing_mm.min_element() as f32,
+        // Opacities of steps without length are 0.
+        transmittance_exponent: if step_mm > 0.0 { (voxel_mm / step_mm).min(1e6) as f32 } else { 1.0 },
+        opacity: settings.opacity,
+        power: settings.gamma.recip(),
+        // Intensities are from 0 to 1.
+        isovalue: isovalue.clamp(-2.0, 2.0) as f32,
+        side: side as f32,
+        keeps_octants: keeps_octants.into(),
+    }
+}

@@ -1,0 +1,222 @@
+// A sweep of fast occlusion sweeping (Singh, Yuksel, House 2009) over the tiles of one plane: the visibility of
+// an octant of directions, V_s(P) = 1/3 sum of V_s τ of the three neighbours on its side (equation 6), and the
+// distance field from the same neighbours (equation 1).
+//
+// A workgroup has a tile of 8x8x8 voxels, an invocation a column of it. In every turn the voxels of a diagonal
+// are computed, whose neighbours were in the turn before: of those in other columns the last value is passed
+// through workgroup memory, of two turns in turn, so that a turn needs one barrier. Light that leaves a tile
+// is kept for the next in `faces`: a value for every column through the grid along each axis, overwritten by
+// every tile on the way.
+//
+// Tiles are those of the grid, whichever way it is swept: at its far ends they are incomplete, and what of
+// them lies outside is empty.
+
+#import bevy_contextual_ao::{
+    density::clipped_opacity,
+    sweeping::{FAR, index_of, sweeping},
+    volume_bindings::volume,
+}
+
+struct Plane {
+    // Where the light comes from.
+    octant: u32,
+    // Sum of the tiles' indices in the order of the sweep.
+    number: u32,
+    // The first two of the first workgroup.
+    first: vec2<u32>,
+}
+
+const TILE: u32 = 8u;
+// Diagonals of a tile.
+const TURNS: u32 = 22u;
+const LANES: u32 = 64u;
+
+@group(1) @binding(3) var<uniform> plane: Plane;
+#ifdef LIGHT
+@group(1) @binding(4) var<storage, read_write> faces: array<f32>;
+@group(1) @binding(5) var<storage, read_write> found: array<u32>;
+var<workgroup> light: array<f32, 128>;
+#endif
+#ifdef DISTANCES
+@group(1) @binding(6) var<storage, read_write> signed_distances: array<f32>;
+var<workgroup> near: array<f32, 128>;
+#endif
+
+fn tile_counts() -> vec3<u32> {
+    return (volume.dimensions + TILE - 1u) / TILE;
+}
+
+// The voxel at a place in the order of the sweep, which begins where the light enters.
+fn voxel_at(place: vec3<u32>) -> vec3<u32> {
+    let flips = (vec3(plane.octant) & vec3(1u, 2u, 4u)) != vec3(0u);
+    return select(place, TILE * tile_counts() - 1u - place, flips);
+}
+
+#ifdef LIGHT
+// Where `faces` has the column along each axis through a voxel.
+fn face_indices(place: vec3<u32>) -> vec3<u32> {
+    let size = TILE * tile_counts();
+    let x = size.y * place.z + place.y;
+    let y = size.y * size.z + size.x * place.z + place.x;
+    let z = (size.y + size.x) * size.z + size.x * place.y + place.x;
+    return vec3(x, y, z);
+}
+
+// Adds what a voxel sees of the octant to what it sees of others.
+fn collect(index: u32, visibility: f32) {
+    if sweeping.keeps_octants == 1u {
+        let byte = u32(saturate(visibility) * 255.0 + 0.5);
+        found[2u * index + plane.octant / 4u] |= byte << (8u * (plane.octant % 4u));
+    } else {
+        let weight = sweeping.weights[plane.octant / 4u][plane.octant % 4u] / 8.0;
+        found[index] = bitcast<u32>(bitcast<f32>(found[index]) + weight * visibility);
+    }
+}
+#endif
+
+#ifdef DISTANCES
+// Distance from the surface so far, either side of it.
+fn distance_at(place: vec3<u32>) -> f32 {
+    let voxel = voxel_at(place);
+    if any(voxel >= volume.dimensions) {
+        return FAR;
+    }
+    return abs(signed_distances[index_of(voxel)]);
+}
+
+// Distance by those of the neighbours along the three axes: equation 1, for spacings that differ. The nearest
+// neighbours, as many as are nearer than the result d, satisfy the sum of ((d - a) / h)² = 1.
+fn distance_beyond(neighbors: vec3<f32>) -> f32 {
+    let h = sweeping.spacing_mm;
+    var a = vec2(neighbors.x, h.x);
+    var b = vec2(neighbors.y, h.y);
+    var c = vec2(neighbors.z, h.z);
+    if b.x < a.x { let t = a; a = b; b = t; }
+    if c.x < b.x { let t = b; b = c; c = t; }
+    if b.x < a.x { let t = a; a = b; b = t; }
+    // Relative to the nearest.
+    b.x -= a.x;
+    c.x -= a.x;
+    if a.y <= b.x {
+        return a.x + a.y;
+    }
+    var w = 1.0 / (b.y * b.y);
+    var sums = vec3(1.0 / (a.y * a.y) + w, w * b.x, w * b.x * b.x - 1.0);
+    let by_two = larger_root(sums);
+    if by_two <= c.x {
+        return a.x + by_two;
+    }
+    w = 1.0 / (c.y * c.y);
+    sums += w * vec3(1.0, c.x, c.x * c.x);
+    return a.x + larger_root(sums);
+}
+
+// Of s.x t² - 2 s.y t + s.z = 0.
+fn larger_root(s: vec3<f32>) -> f32 {
+    return (s.y + sqrt(max(s.y * s.y - s.x * s.z, 0.0))) / s.x;
+}
+#endif
+
+// Share of the light that a voxel lets through. By distances it is equation 7, for the smallest spacing: what
+// sweeps find is farther than half of it, so that it is known from the beginning.
+#ifdef DISTANCES
+fn transmittance(voxel: vec3<u32>) -> f32 {
+    let opaque = 1.0 - saturate(signed_distances[index_of(voxel)] / sweeping.smallest_spacing_mm + 0.5);
+#else
+fn transmittance(voxel: vec3<u32>) -> f32 {
+    let clear = 1.0 - clipped_opacity(voxel);
+    let opaque = 1.0 - select(0.0, pow(clear, sweeping.transmittance_exponent), clear > 0.0);
+#endif
+    // Equation 8.
+    return 1.0 - opaque * sweeping.opacity;
+}
+
+@compute @workgroup_size(8, 8, 1)
+fn sweep(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) column: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let tile = plane.first + group.xy;
+    // Below 0 it wraps round.
+    let layer = plane.number - tile.x - tile.y;
+    if layer >= tile_counts().z {
+        return;
+    }
+    let origin = TILE * vec3(tile, layer);
+    // What the voxel before in the column passed on.
+    var light_along = 1.0;
+    var near_along = FAR;
+    for (var turn = 0u; turn < TURNS; turn += 1u) {
+        let here = LANES * (turn & 1u) + lane;
+        let before = LANES - LANES * (turn & 1u) + lane;
+        let local = vec3(column.xy, turn - column.x - column.y);
+        if local.z < TILE {
+            let place = origin + local;
+            let voxel = voxel_at(place);
+            let is_inside = all(voxel < volume.dimensions);
+#ifdef LIGHT
+            let columns = face_indices(place);
+            var arriving = vec3(1.0, 1.0, light_along);
+            if local.x > 0u {
+                arriving.x = light[before - 1u];
+            } else if place.x > 0u {
+                arriving.x = faces[columns.x];
+            }
+            if local.y > 0u {
+                arriving.y = light[before - TILE];
+            } else if place.y > 0u {
+                arriving.y = faces[columns.y];
+            }
+            if local.z == 0u && place.z > 0u {
+                arriving.z = faces[columns.z];
+            }
+            light_along = 1.0;
+            if is_inside {
+                let visibility = (arriving.x + arriving.y + arriving.z) / 3.0;
+                collect(index_of(voxel), visibility);
+                light_along = visibility * transmittance(voxel);
+            }
+            light[here] = light_along;
+            if local.x == TILE - 1u {
+                faces[columns.x] = light_along;
+            }
+            if local.y == TILE - 1u {
+                faces[columns.y] = light_along;
+            }
+            if local.z == TILE - 1u {
+                faces[columns.z] = light_along;
+            }
+#endif
+#ifdef DISTANCES
+            var neighbors = vec3(FAR, FAR, near_along);
+            if local.x > 0u {
+                neighbors.x = near[before - 1u];
+            } else if place.x > 0u {
+                neighbors.x = distance_at(place - vec3(1u, 0u, 0u));
+            }
+            if local.y > 0u {
+                neighbors.y = near[before - TILE];
+            } else if place.y > 0u {
+                neighbors.y = distance_at(place - vec3(0u, 1u, 0u));
+            }
+            if local.z == 0u && place.z > 0u {
+                neighbors.z = distance_at(place - vec3(0u, 0u, 1u));
+            }
+            near_along = FAR;
+            if is_inside {
+                let index = index_of(voxel);
+                let known = signed_distances[index];
+                near_along = abs(known);
+                let beyond = distance_beyond(neighbors);
+                if beyond < near_along {
+                    near_along = beyond;
+                    signed_distances[index] = select(beyond, -beyond, known < 0.0);
+                }
+            }
+            near[here] = near_along;
+#endif
+        }
+        workgroupBarrier();
+    }
+}
