@@ -56,9 +56,6 @@ pub struct SceneOptions {
     /// A shortcut to do without (see `Shortcuts`), or `all`; several may be given.
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
-    /// By which method occlusion is computed.
-    #[arg(long, default_value = "rays")]
-    pub method: OcclusionMethod,
     /// Start view rays by a fixed pattern.
     #[arg(long, default_value_t = VolumeShading::default().jitter, action = clap::ArgAction::Set)]
     pub jitter: bool,
