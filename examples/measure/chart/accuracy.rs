@@ -56,8 +56,8 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Casts very many rays.
-    pub fn new(stage: &mut Stage) -> Result<Self, String> {
+    /// Casts very many rays. The intensities are those that the carver leaves where it was spawned.
+    pub fn new(stage: &mut Stage, intensities: Vec<u16>) -> Result<Self, String> {
         let true_rays = most_rays(stage);
         let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(true_rays), ..stage.occlusion() };
         // All in the first frame: it takes many times as long as all others.
@@ -68,9 +68,14 @@ impl Accuracy {
         }
         let opacities = stage.headless.voxels(stage.scene.volume, VolumeTexture::Opacities);
         let known = (0..).zip(&truths[0].occlusion).filter_map(|(index, value)| value.map(|_| index));
-        let definitions = Definitions::new(opacities, stage.scene.geometry, known.collect());
+        let definitions = Definitions::new(opacities, intensities, stage.scene.geometry, known.collect());
         let (sky, whole_volume, better, known) = (None, None, Vec::new(), Vec::new());
         Ok(Self { truths, sky, true_rays, definitions, whole_volume, better, known })
+    }
+
+    /// The image of very many rays, RGBA, the carver where it was spawned.
+    pub fn true_image(&self) -> &[u8] {
+        &self.truths[0].image
     }
 
     /// The errors of a setting.

@@ -3,12 +3,16 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    occlusion::{OcclusionFiltering, fibonacci_direction},
-    volume::VolumeGeometry,
+    occlusion::{DensitySource, OcclusionFiltering, fibonacci_direction},
+    volume::{Volume, VolumeGeometry},
 };
 use std::{num::NonZero, thread};
 
-use crate::common::{headless::voxel_at, random::Random};
+use crate::common::{
+    carver::{Carver, Shape},
+    headless::voxel_at,
+    random::Random,
+};
 
 /// Voxels that are evaluated.
 const VOXELS: usize = 3000;
@@ -17,9 +21,11 @@ const DIRECTIONS: u32 = 192;
 /// A ray that lets through less of the light ends: half a quantum of a byte.
 const OPAQUE: f64 = 1.0 / 512.0;
 
-/// The opacities of a clipped volume, of a voxel's thickness, and the voxels that are evaluated.
+/// The opacities of a clipped volume, of a voxel's thickness, its intensities, and the voxels that are
+/// evaluated.
 pub struct Definitions {
     opacities: Vec<u8>,
+    intensities: Vec<u16>,
     geometry: VolumeGeometry,
     /// Indices, each voxel at most once.
     pub voxels: Vec<usize>,
@@ -27,14 +33,19 @@ pub struct Definitions {
 
 impl Definitions {
     /// Chooses voxels at random, the same in every run, from those that may be.
-    pub fn new(opacities: Vec<u8>, geometry: VolumeGeometry, mut from: Vec<usize>) -> Self {
+    pub fn new(
+        opacities: Vec<u8>,
+        intensities: Vec<u16>,
+        geometry: VolumeGeometry,
+        mut from: Vec<usize>,
+    ) -> Self {
         let mut random = Random(1);
         for place in 0..VOXELS.min(from.len()) {
             let other = place + random.below(from.len() - place);
             from.swap(place, other);
         }
         from.truncate(VOXELS);
-        Self { opacities, geometry, voxels: from }
+        Self { opacities, intensities, geometry, voxels: from }
     }
 
     /// The share of the voxels in the box around each that are not denser; beyond the grid nothing is dense.
@@ -42,17 +53,24 @@ impl Definitions {
         let voxels = f64::from(filtering.radius_mm) / self.geometry.spacing_mm;
         let radius = voxels.round().clamp(DVec3::ONE, DVec3::splat(OcclusionFiltering::MOST_VOXELS.into()));
         let radius = radius.as_ivec3();
+        match filtering.density {
+            DensitySource::Opacity => self.not_denser_within(radius, &self.opacities),
+            DensitySource::Intensity => self.not_denser_within(radius, &self.intensities),
+        }
+    }
+
+    fn not_denser_within<T: Copy + PartialOrd + Sync>(&self, radius: IVec3, densities: &[T]) -> Vec<f64> {
         let box_size = (2 * radius + 1).as_i64vec3().element_product();
         self.evaluate(|voxel| {
-            let density = self.density(voxel);
+            let density = densities[self.index(voxel)];
             let last = self.geometry.dimensions.as_ivec3() - 1;
             let (low, high) = ((voxel - radius).max(IVec3::ZERO), (voxel + radius).min(last));
-            let mut denser = 0i64;
+            let mut denser = 0usize;
             for z in low.z..=high.z {
                 for y in low.y..=high.y {
                     let row = self.index(IVec3::new(low.x, y, z));
-                    let row = &self.opacities[row..=row + (high.x - low.x) as usize];
-                    denser += row.iter().filter(|&&opacity| opacity > density).count() as i64;
+                    let row = &densities[row..=row + (high.x - low.x) as usize];
+                    denser += row.iter().filter(|&&other| other > density).count();
                 }
             }
             1.0 - denser as f64 / box_size as f64
@@ -99,7 +117,7 @@ impl Definitions {
     }
 
     /// Of a voxel, 0 beyond the grid.
-    fn density(&self, voxel: IVec3) -> u8 {
+    fn opacity_of(&self, voxel: IVec3) -> u8 {
         let is_in = voxel.cmpge(IVec3::ZERO).all() && voxel.cmplt(self.geometry.dimensions.as_ivec3()).all();
         if is_in { self.opacities[self.index(voxel)] } else { 0 }
     }
@@ -110,8 +128,40 @@ impl Definitions {
         let corners = (0..8).map(|k| {
             let far = IVec3::new(k & 1, k >> 1 & 1, k >> 2);
             let weight = DVec3::select(far.cmpeq(IVec3::ONE), share, 1.0 - share).element_product();
-            weight * f64::from(self.density(base.as_ivec3() + far))
+            weight * f64::from(self.opacity_of(base.as_ivec3() + far))
         });
         corners.sum::<f64>() / 255.0
     }
+}
+
+/// The intensities of a volume from which a ball is carved, stored values: the lowest where it is.
+pub fn clipped_intensities(volume: &Volume, carver: Option<&Carver>) -> Vec<u16> {
+    const PARTS: i32 = 4;
+    let geometry = VolumeGeometry::of(volume);
+    let half_voxel = 0.5 * geometry.cell_diagonal_mm();
+    let values = || (0..volume.voxel_count() as usize).filter_map(|index| volume.intensities().get(index));
+    let lowest = f64::from(values().min().unwrap_or_default());
+    let clipped = |(index, value): (u32, u16)| {
+        let Some(Carver { shape: Shape::Sphere { radius }, position, .. }) = carver else {
+            return value;
+        };
+        let voxel = voxel_at(index, volume.dimensions()).as_dvec3();
+        let beyond = |p: DVec3| {
+            let p = geometry.local_from_voxel.transform_point3(p);
+            p.distance(position.as_dvec3()) - f64::from(*radius)
+        };
+        let visible = match beyond(voxel) {
+            far if far > half_voxel => 1.0,
+            deep if deep < -half_voxel => 0.0,
+            _ => {
+                let parts =
+                    (0..PARTS.pow(3)).map(|k| IVec3::new(k % PARTS, k / PARTS % PARTS, k / PARTS / PARTS));
+                let offsets = parts.map(|part| (part.as_dvec3() + 0.5) / f64::from(PARTS) - 0.5);
+                offsets.filter(|offset| beyond(voxel + *offset) > 0.0).count() as f64
+                    / f64::from(PARTS.pow(3))
+            }
+        };
+        (lowest + visible * (f64::from(value) - lowest)).round() as u16
+    };
+    (0..).zip(values()).map(clipped).collect()
 }

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
+        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
         ProgressiveRays, ScreenSpaceOcclusion,
     },
     prelude::*,
@@ -151,14 +151,15 @@ impl SceneScale {
 
     fn filtering(&self) -> Vec<Setting> {
         let estimates = [
-            ("Cheb.", DensityEstimate::Chebyshev),
-            ("power", DensityEstimate::Power),
-            ("Gauss", DensityEstimate::Gaussian),
+            ("Cheb.", DensityEstimate::Chebyshev, DensitySource::Intensity),
+            ("power", DensityEstimate::Power, DensitySource::Intensity),
+            ("Gauss", DensityEstimate::Gaussian, DensitySource::Intensity),
+            ("opac.", DensityEstimate::Power, DensitySource::Opacity),
         ];
         let radii = [4.0, 2.0].map(|part| self.reach_mm() / part);
         let both = estimates.into_iter().flat_map(|estimate| radii.map(|radius_mm| (estimate, radius_mm)));
-        let by = |((name, estimate), radius_mm): (_, f32)| {
-            let settings = OcclusionFiltering { estimate, radius_mm, ..default() };
+        let by = |((name, estimate, density), radius_mm): (_, f32)| {
+            let settings = OcclusionFiltering { estimate, density, radius_mm, ..default() };
             let label = format!("{name} {}", (radius_mm / self.occlusion.step_mm).round());
             Setting {
                 own: Own::NotDenser,
@@ -190,7 +191,8 @@ impl SceneScale {
         let by = |(samples, aperture_degrees)| {
             let settings = DirectOcclusion { samples, aperture_degrees, ..default() };
             let label = format!("DOS {samples}×{samples} {aperture_degrees}°");
-            let better = DirectOcclusion { samples: 16, slice_voxels: 0.5, exact_distance: true, ..settings };
+            let slice_voxels = 0.5 * settings.slice_voxels;
+            let better = DirectOcclusion { samples: 16, slice_voxels, exact_distance: true, ..settings };
             let own = Own::Better(OcclusionMethod::Direct(better));
             Setting { own, ..self.by("direct occlusion shading", label, OcclusionMethod::Direct(settings)) }
         };

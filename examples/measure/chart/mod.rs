@@ -25,7 +25,7 @@ use crate::{
 use accuracy::Accuracy;
 use methods::SceneScale;
 
-/// Measures, writes `chart.csv` after each scene, and draws the charts.
+/// Measures, writes `chart.csv` and a picture after each scene, and draws the charts.
 pub fn run(options: &Options) -> Result<(), String> {
     fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let file = options.out.join("chart.csv");
@@ -52,6 +52,7 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     let begin = Instant::now();
     let opacities = scene.transfer_function.iter().flat_map(|function| &function.points);
     let opacity = opacities.map(|point| point.opacity).fold(0.0, f32::max);
+    let intensities = definitions::clipped_intensities(&scene.volume, scene.carvers.first());
     let size = scenes::image_size(options);
     let mut stage = Stage::new(scene, size);
     let scale = SceneScale { occlusion: stage.occlusion(), geometry: stage.scene.geometry, opacity };
@@ -68,7 +69,10 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
 
     // What the rays of the truth are cast with.
     stage.prepare_with(ShadingMode::Solid, scale.occlusion.clone())?;
-    let mut accuracy = Accuracy::new(&mut stage)?;
+    let mut accuracy = Accuracy::new(&mut stage, intensities)?;
+    let file = options.out.join(format!("{name}.png"));
+    image::save_buffer(&file, accuracy.true_image(), size.x, size.y, image::ColorType::Rgba8)
+        .map_err(|error| format!("{}: {error}", file.display()))?;
     let mut rows = Vec::new();
     for (setting, timed_setting) in settings.iter().zip(&timed) {
         let errors = accuracy.of(&mut stage, setting)?;

@@ -36,7 +36,7 @@ const COLORS: [RGBColor; 11] = [
 ];
 
 const ABBREVIATIONS: &str = "6 to 54: rays, F on a Fibonacci lattice; progr.: rays of a frame; filters: radius in \
-    voxels; SSAO: samples; DOS: samples over the cone's base, its half angle";
+    voxels, opac. by opacity; SSAO: samples; DOS: samples over the cone's base, its half angle";
 
 const TITLES: [&str; KINDS.len()] =
     ["frames in which a carver moves", "frames at rest", "frames after an edit of the transfer function"];
