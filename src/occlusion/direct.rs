@@ -6,6 +6,11 @@ use bevy::prelude::*;
 /// Each view sweeps through the volume, slice by slice away from the viewer, and blurs what light is left from
 /// slice to slice: light from a cone around the viewer. Nothing is precomputed; every frame costs the same,
 /// whether anything changed or not. Occlusion depends on where the viewer stands.
+///
+/// Each slice multiplies what light is left by the transmittance of what it meets, after the mean over the
+/// base of a cone from slice to slice (section 3.4, equations 10 to 15). Only what is in the image occludes:
+/// light comes in from beyond its edges. Opaque meshes hide volumes and do not shade them. Volumes with this
+/// method are laid over each other by the distance of their centres, and under whatever else is translucent.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct DirectOcclusion {
@@ -16,7 +21,7 @@ pub struct DirectOcclusion {
     /// grows with the square. Fewer show as a pattern.
     pub samples: u32,
     /// Distance between slices, in units of the smallest voxel spacing. Smaller ones cost proportionally more
-    /// time.
+    /// time; larger ones show as rings on opaque surfaces.
     pub slice_voxels: f32,
     /// Whether samples are attenuated along their own way through a slice (the paper's algorithm 2) instead
     /// of along its thickness (algorithm 3): slower, hardly different.
@@ -44,6 +49,6 @@ impl DirectOcclusion {
 
 impl Default for DirectOcclusion {
     fn default() -> Self {
-        Self { aperture_degrees: 70.0, samples: 3, slice_voxels: 1.0, exact_distance: false }
+        Self { aperture_degrees: 70.0, samples: 3, slice_voxels: 0.5, exact_distance: false }
     }
 }
