@@ -48,7 +48,7 @@ impl DirectBuffers {
         let bytes = 16 * u64::from(size.x) * u64::from(size.y);
         // One ring of pixels around the window.
         let fits = size.max_element() + 2 <= limits.max_texture_dimension_2d
-            && bytes <= u64::from(limits.max_storage_buffer_binding_size);
+            && bytes <= limits.max_storage_buffer_binding_size;
         if window.min_element() == 0 || !fits {
             self.0 = None;
         } else if self.0.as_ref().is_none_or(|buffers| buffers.size != size) {
