@@ -142,7 +142,9 @@ mod tests {
             Slicing::new(&geometry(dimensions), scale, &settings, &window)
         };
         let count = |slicing: Option<Slicing>| slicing.map(|slicing| slicing.count);
-        assert_eq!(count(slicing(UVec3::new(1, 1, 400), 0.0, 0.1)), Some(DirectOcclusion::MOST_SLICES));
+        // The grid's second axis is the line of sight.
+        let many = count(slicing(UVec3::new(1, 400, 1), 0.0, 0.1)).unwrap_or_default();
+        assert!((4000..=DirectOcclusion::MOST_SLICES).contains(&many), "{many} slices");
         assert_eq!(count(slicing(UVec3::new(9, 9, 9), f32::INFINITY, 1.0)), Some(1));
         assert!(count(slicing(UVec3::new(9, 9, 9), f32::NAN, 1.0)).is_some_and(|count| count >= 9));
         assert_eq!(slicing(UVec3::new(9, 9, 9), 1.0, f64::NAN), None);
