@@ -8,7 +8,7 @@ use bevy_contextual_ao::{
 };
 use serde_json::json;
 
-use crate::{Options, counting::CountingScene, stage::Stage};
+use crate::{Options, counting::CountingScene, figures::median, stage::Stage};
 
 /// In voxels, the paper's first.
 const RADII: [u32; 5] = [5, 10, 1, 20, 40];
@@ -49,31 +49,42 @@ fn measure(
     paper_ms: [f64; 2],
     options: &Options,
 ) -> Result<(), String> {
-    let mut first = None;
-    for (k, radius) in RADII.into_iter().enumerate() {
-        let settings = OcclusionFiltering {
-            estimate,
-            density: DensitySource::Intensity,
-            radius_mm: radius as f32 * stage.scene.voxel_mm,
-            ..Default::default()
-        };
-        let (volume, pattern) = (stage.scene.volume, stage.occlusion().pattern);
-        if let Some(mut occlusion) = stage.headless.app.world_mut().get_mut::<AmbientOcclusion>(volume) {
-            occlusion.method = OcclusionMethod::Filtering(settings);
-        }
-        // Everything is computed anew in every frame.
-        stage.prepare(ShadingMode::Lao, pattern)?;
-        let ms = stage.medians(options.warmup, options.frames, |_, _| {}).of(SPAN_FILTER);
-        let of_first = ms / *first.get_or_insert(ms);
+    set_radius(stage, estimate, RADII[0]);
+    // Everything is computed anew in every frame.
+    stage.prepare(ShadingMode::Lao, stage.occlusion().pattern)?;
+    // In turn, so that whatever else the device is busy with slows all of them down.
+    let turns = RADII.len() as u32;
+    let times = stage.time(turns * (options.warmup + options.frames), |stage, frame| {
+        set_radius(stage, estimate, RADII[(frame % turns) as usize]);
+    });
+    let times = &times[(turns * options.warmup) as usize..];
+    let medians = [0, 1, 2, 3, 4].map(|turn| {
+        let of_radius = times.iter().skip(turn).step_by(RADII.len());
+        median(of_radius.map(|times| times.of(SPAN_FILTER)).collect())
+    });
+    for (k, (radius, ms)) in RADII.into_iter().zip(medians).enumerate() {
         stage.print(json!({
             "estimate": format!("{estimate:?}"),
             "radius_voxels": radius,
             "frames": options.frames,
             "ms_filter": ms,
-            "of_radius_5": of_first,
+            "of_radius_5": ms / medians[0],
             "paper_ms": paper_ms.get(k),
             "paper_of_radius_5": paper_ms.get(k).map(|ms| ms / paper_ms[0]),
         }));
     }
     Ok(())
+}
+
+fn set_radius(stage: &mut Stage, estimate: DensityEstimate, radius: u32) {
+    let settings = OcclusionFiltering {
+        estimate,
+        density: DensitySource::Intensity,
+        radius_mm: radius as f32 * stage.scene.voxel_mm,
+        ..Default::default()
+    };
+    let volume = stage.scene.volume;
+    if let Some(mut occlusion) = stage.headless.app.world_mut().get_mut::<AmbientOcclusion>(volume) {
+        occlusion.method = OcclusionMethod::Filtering(settings);
+    }
 }
