@@ -18,47 +18,43 @@
 // that the surface of a cut is where half of a voxel is clipped.
 @compute @workgroup_size(4, 4, 4)
 fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
-    if any(voxel >= volume.dimensions) {
-        return;
+    if all(voxel < volume.dimensions) {
+        let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
+        let outside = sweeping.isovalue - sweeping.side * abs(difference);
+        let clipped = clipped_intensity(voxel, outside);
+        differences[index_of(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
     }
-    let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
-    let outside = sweeping.isovalue - sweeping.side * abs(difference);
-    let clipped = clipped_intensity(voxel, outside);
-    differences[index_of(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
 }
 
 // Share of the way from a voxel to the nearer crossing along an axis; 2 if there is none.
-fn way_to_crossing(voxel: vec3<u32>, axis: u32, here: f32) -> f32 {
-    var nearest = 2.0;
-    for (var side = 0u; side < 2u; side += 1u) {
-        var neighbor = voxel;
-        // Below 0 it wraps round, to what is no voxel either.
-        neighbor[axis] += 2u * side - 1u;
-        if neighbor[axis] < volume.dimensions[axis] {
-            let there = differences[index_of(neighbor)];
-            if (here > 0.0) != (there > 0.0) {
-                nearest = min(nearest, here / (here - there));
-            }
-        }
+fn way_to_crossing(voxel: vec3<u32>, step: vec3<u32>, here: f32) -> f32 {
+    // Below 0 it wraps round, to what is no voxel either.
+    return min(way_to(voxel - step, here), way_to(voxel + step, here));
+}
+
+fn way_to(neighbor: vec3<u32>, here: f32) -> f32 {
+    var way = 2.0;
+    if all(neighbor < volume.dimensions) {
+        let there = differences[index_of(neighbor)];
+        way = select(2.0, here / (here - there), (here > 0.0) != (there > 0.0));
     }
-    return nearest;
+    return way;
 }
 
 @compute @workgroup_size(4, 4, 4)
 fn initialize_distances(@builtin(global_invocation_id) voxel: vec3<u32>) {
-    if any(voxel >= volume.dimensions) {
-        return;
+    if all(voxel < volume.dimensions) {
+        let index = index_of(voxel);
+        let here = differences[index];
+        let ways = vec3(
+            way_to_crossing(voxel, vec3(1u, 0u, 0u), here),
+            way_to_crossing(voxel, vec3(0u, 1u, 0u), here),
+            way_to_crossing(voxel, vec3(0u, 0u, 1u), here),
+        );
+        let distances_mm = max(ways, vec3(1e-6)) * sweeping.spacing_mm;
+        let closeness = select(1.0 / (distances_mm * distances_mm), vec3(0.0), ways > vec3(1.5));
+        let sum = closeness.x + closeness.y + closeness.z;
+        let distance_mm = select(FAR, inverseSqrt(max(sum, 1e-30)), sum > 0.0);
+        signed_distances[index] = select(distance_mm, -distance_mm, here > 0.0);
     }
-    let index = index_of(voxel);
-    let here = differences[index];
-    var closeness = 0.0;
-    for (var axis = 0u; axis < 3u; axis += 1u) {
-        let way = way_to_crossing(voxel, axis, here);
-        if way < 1.5 {
-            let distance_mm = max(way, 1e-6) * sweeping.spacing_mm[axis];
-            closeness += 1.0 / (distance_mm * distance_mm);
-        }
-    }
-    let distance_mm = select(FAR, inverseSqrt(max(closeness, 1e-30)), closeness > 0.0);
-    signed_distances[index] = select(distance_mm, -distance_mm, here > 0.0);
 }

@@ -28,13 +28,15 @@ use crate::render::{
 
 /// Which resources of a volume a pass binds, in group 1.
 const OPACITIES: u32 = 0;
-const SETTINGS: u32 = 1;
 const OCCLUSION_PASS: u32 = 2;
-const PLANE: u32 = 3;
 const FACES: u32 = 4;
 const FOUND: u32 = 5;
 const DISTANCES: u32 = 6;
 const OCCLUSION: u32 = 7;
+// Uniforms behind that of the pass: of four and more, those of the volume counted, Mesa's software driver (22.3)
+// crashes where a branch depends on the fourth alone.
+const SETTINGS: u32 = 8;
+const PLANE: u32 = 9;
 
 #[derive(Resource)]
 pub(crate) struct SweepPasses {

@@ -31,7 +31,7 @@ const TILE: u32 = 8u;
 const TURNS: u32 = 22u;
 const LANES: u32 = 64u;
 
-@group(1) @binding(3) var<uniform> plane: Plane;
+@group(1) @binding(9) var<uniform> plane: Plane;
 #ifdef LIGHT
 @group(1) @binding(4) var<storage, read_write> faces: array<f32>;
 @group(1) @binding(5) var<storage, read_write> found: array<u32>;
@@ -78,10 +78,11 @@ fn collect(index: u32, visibility: f32) {
 // Distance from the surface so far, either side of it.
 fn distance_at(place: vec3<u32>) -> f32 {
     let voxel = voxel_at(place);
-    if any(voxel >= volume.dimensions) {
-        return FAR;
+    var distance = FAR;
+    if all(voxel < volume.dimensions) {
+        distance = abs(signed_distances[index_of(voxel)]);
     }
-    return abs(signed_distances[index_of(voxel)]);
+    return distance;
 }
 
 // Distance by those of the neighbours along the three axes: equation 1, for spacings that differ. The nearest
@@ -97,18 +98,17 @@ fn distance_beyond(neighbors: vec3<f32>) -> f32 {
     // Relative to the nearest.
     b.x -= a.x;
     c.x -= a.x;
-    if a.y <= b.x {
-        return a.x + a.y;
+    var sums = vec3(1.0 / (a.y * a.y), 0.0, -1.0);
+    var beyond = a.y;
+    if beyond > b.x {
+        sums += vec3(1.0, b.x, b.x * b.x) / (b.y * b.y);
+        beyond = larger_root(sums);
+        if beyond > c.x {
+            sums += vec3(1.0, c.x, c.x * c.x) / (c.y * c.y);
+            beyond = larger_root(sums);
+        }
     }
-    var w = 1.0 / (b.y * b.y);
-    var sums = vec3(1.0 / (a.y * a.y) + w, w * b.x, w * b.x * b.x - 1.0);
-    let by_two = larger_root(sums);
-    if by_two <= c.x {
-        return a.x + by_two;
-    }
-    w = 1.0 / (c.y * c.y);
-    sums += w * vec3(1.0, c.x, c.x * c.x);
-    return a.x + larger_root(sums);
+    return a.x + beyond;
 }
 
 // Of s.x t² - 2 s.y t + s.z = 0.
@@ -140,9 +140,6 @@ fn sweep(
     let tile = plane.first + group.xy;
     // Below 0 it wraps round.
     let layer = plane.number - tile.x - tile.y;
-    if layer >= tile_counts().z {
-        return;
-    }
     let origin = TILE * vec3(tile, layer);
     // What the voxel before in the column passed on.
     var light_along = 1.0;
@@ -151,7 +148,9 @@ fn sweep(
         let here = LANES * (turn & 1u) + lane;
         let before = LANES - LANES * (turn & 1u) + lane;
         let local = vec3(column.xy, turn - column.x - column.y);
-        if local.z < TILE {
+        // Workgroups without a tile go through the turns all the same. Mesa's software driver (22.3) crashes where
+        // whether there is a tile is a branch by itself.
+        if local.z < TILE && layer < tile_counts().z {
             let place = origin + local;
             let voxel = voxel_at(place);
             let is_inside = all(voxel < volume.dimensions);

@@ -28,7 +28,7 @@ struct Sweeping {
 // Of a voxel without a distance yet, mm.
 const FAR: f32 = 1e18;
 
-@group(1) @binding(1) var<uniform> sweeping: Sweeping;
+@group(1) @binding(8) var<uniform> sweeping: Sweeping;
 
 // Where buffers have a voxel.
 fn index_of(voxel: vec3<u32>) -> u32 {
