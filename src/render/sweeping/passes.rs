@@ -33,8 +33,8 @@ const FACES: u32 = 4;
 const FOUND: u32 = 5;
 const DISTANCES: u32 = 6;
 const OCCLUSION: u32 = 7;
-// Uniforms behind that of the pass: of four and more, those of the volume counted, Mesa's software driver (22.3)
-// crashes where a branch depends on the fourth alone.
+// Uniforms behind that of the pass: Mesa's software driver (22.3) overruns its stack where branches depend on a
+// fourth, those of the volume counted.
 const SETTINGS: u32 = 8;
 const PLANE: u32 = 9;
 

@@ -31,7 +31,10 @@ const TILE: u32 = 8u;
 const TURNS: u32 = 22u;
 const LANES: u32 = 64u;
 
-@group(1) @binding(9) var<uniform> plane: Plane;
+@group(1) @binding(9) var<uniform> bound_plane: Plane;
+// The same, where branches may depend on it: Mesa's software driver (22.3) overruns its stack where they depend on
+// a fourth uniform, those of the volume counted.
+var<workgroup> plane: Plane;
 #ifdef LIGHT
 @group(1) @binding(4) var<storage, read_write> faces: array<f32>;
 @group(1) @binding(5) var<storage, read_write> found: array<u32>;
@@ -137,6 +140,10 @@ fn sweep(
     @builtin(local_invocation_id) column: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    if lane == 0u {
+        plane = bound_plane;
+    }
+    workgroupBarrier();
     let tile = plane.first + group.xy;
     // Below 0 it wraps round.
     let layer = plane.number - tile.x - tile.y;
@@ -148,8 +155,7 @@ fn sweep(
         let here = LANES * (turn & 1u) + lane;
         let before = LANES - LANES * (turn & 1u) + lane;
         let local = vec3(column.xy, turn - column.x - column.y);
-        // Workgroups without a tile go through the turns all the same. Mesa's software driver (22.3) crashes where
-        // whether there is a tile is a branch by itself.
+        // Workgroups without a tile go through the turns all the same.
         if local.z < TILE && layer < tile_counts().z {
             let place = origin + local;
             let voxel = voxel_at(place);
