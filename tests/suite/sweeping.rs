@@ -154,7 +154,9 @@ impl Case {
         if self.is_carved {
             // What is clipped of a voxel is then known from its opacity.
             scene.set_clip(|settings| settings.coverage = CoverageRule::Center);
-            let place = Transform::from_translation(0.3 * self.size.as_vec3() * self.spacing.as_vec3());
+            // Of the patient's axes, the third is upright.
+            let place = 0.3 * self.size.as_vec3() * self.spacing.as_vec3();
+            let place = Transform::from_xyz(place.x, place.z, place.y);
             scene.carve(Sphere::new(6.0), ClipMesh::default(), place);
         }
         scene.settle();
