@@ -125,9 +125,9 @@ mod tests {
         for normal in normals() {
             let found = interpolated(&table, normal);
             for (found, exact) in found.into_iter().zip(geometry_terms(normal)) {
-                // Normals are 2/62 apart on the octahedron, up to sqrt(3) times that on the sphere; an eighth of
-                // its square, times curvatures of about 1.
-                assert!((found - exact).abs() < 0.002, "{normal}: {found}, {exact}");
+                // Normals are 2/62 apart. Where the map is folded the term has a kink across a cell, of slopes
+                // that differ by up to about 1: an eighth of that, which is a third of a byte when drawn.
+                assert!((found - exact).abs() < 2.0 / 62.0 / 8.0, "{normal}: {found}, {exact}");
             }
         }
     }

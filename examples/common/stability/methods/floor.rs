@@ -19,6 +19,8 @@ use super::super::super::{
 const SIZE: UVec3 = UVec3::new(48, 48, 32);
 /// Height of the floor, mm from the volume's centre.
 pub const FLOOR: f64 = -6.0;
+/// Over what distance intensity falls from the highest to the lowest at surfaces, mm.
+const EDGE_MM: f64 = 3.0;
 /// Radius of the floor, a disk, so that it is the same in a grid that is turned.
 const RADIUS: f64 = 21.0;
 /// What a view from above shows of the world, mm.
@@ -58,8 +60,8 @@ impl Floor {
         let value = |index| {
             let p = turn * (voxel_at(index, SIZE).as_dvec3() - 0.5 * (SIZE.as_dvec3() - 1.0));
             let floor = (p.truncate().length() - RADIUS).max(p.z - FLOOR);
-            // Surfaces are a voxel thick, so that they lie where they are meant to.
-            (255.0 * (0.5 - floor.min(solid(p))).clamp(0.0, 1.0)).round() as u8
+            // As scanners blur them.
+            (255.0 * (0.5 - floor.min(solid(p)) / EDGE_MM).clamp(0.0, 1.0)).round() as u8
         };
         let values = (0..SIZE.element_product()).map(value).collect();
         let grid_to_patient = DAffine3::from_quat(turn);

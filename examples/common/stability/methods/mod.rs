@@ -1,8 +1,8 @@
 //! Where methods of ambient occlusion fail: one figure per known weakness, for every method.
 
 mod floor;
-mod motion;
-mod places;
+pub mod motion;
+pub mod places;
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{

@@ -6,7 +6,7 @@ use bevy_contextual_ao::prelude::*;
 use super::floor::{Floor, Shown, cuboid, floor_points, nothing, rms};
 
 /// A block that floats over the floor.
-const BLOCK: DVec3 = DVec3::new(0.0, 0.0, 1.0);
+const BLOCK: DVec3 = DVec3::new(0.0, 0.0, 2.0);
 
 fn block(p: DVec3) -> f64 {
     cuboid(p, BLOCK, DVec3::new(7.0, 7.0, 4.5))
@@ -14,11 +14,11 @@ fn block(p: DVec3) -> f64 {
 
 /// Points of the floor that the block does not hide from above, in its shadow.
 fn beside() -> Vec<DVec3> {
-    floor_points(8.0, 16.0).into_iter().filter(|p| p.x.abs().max(p.y.abs()) > 8.0).collect()
+    floor_points(8.0, 16.0).into_iter().filter(|p| p.x.abs().max(p.y.abs()) > 8.4).collect()
 }
 
 /// A carver that contains it and does not touch the floor; half its size.
-const AROUND: DVec3 = DVec3::new(8.5, 8.5, 5.6);
+const AROUND: DVec3 = DVec3::new(9.2, 9.2, 6.1);
 
 /// What stays of a block that is carved away.
 pub struct Ghost {
