@@ -22,6 +22,7 @@ mod faults;
 mod filtering;
 mod independence;
 mod lifecycle;
+mod methods;
 mod oracle;
 mod properties;
 mod ray_methods;

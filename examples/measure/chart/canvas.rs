@@ -97,7 +97,7 @@ fn outline(shape: usize) -> Vec<Vec2> {
         3 => regular(4, 0.0, 1.3),
         4 => regular(3, 0.25, 1.4),
         _ => {
-            let spike = |k: u8| if k % 2 == 0 { 1.5 } else { 0.65 };
+            let spike = |k: u8| if k.is_multiple_of(2) { 1.5 } else { 0.65 };
             (0..10).map(|k| spike(k) * Vec2::from_angle((f32::from(k) / 10.0 + 0.75) * TAU)).collect()
         }
     }
