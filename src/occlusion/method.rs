@@ -55,7 +55,9 @@ impl OcclusionMethod {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
             Self::Sweeping(settings) => Self::Sweeping(settings.clamped()),
-            other => other,
+            Self::ScreenSpace(settings) => Self::ScreenSpace(settings.clamped()),
+            Self::Direct(settings) => Self::Direct(settings.clamped()),
+            Self::Rays => Self::Rays,
         }
     }
 

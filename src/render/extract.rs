@@ -60,9 +60,7 @@ impl ExtractedVolume {
     /// How views shade it by direct occlusion, if they do; then they draw it, and the material does not.
     pub fn direct(&self) -> Option<DirectOcclusion> {
         match self.occlusion.method {
-            OcclusionMethod::Direct(settings) if self.shading.mode.uses_occlusion() => {
-                Some(settings.clamped())
-            }
+            OcclusionMethod::Direct(settings) if self.shading.mode.uses_occlusion() => Some(settings),
             _ => None,
         }
     }

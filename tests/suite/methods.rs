@@ -18,7 +18,12 @@ fn what_is_carved_away_leaves_no_ghost() {
     for name in ["rays", "rays, half", "sweeping", "filtering, Chebyshev", "screen space"] {
         let ghost = motion::ghost(&method(name));
         assert!(ghost.shadow > 2.0 * ROUNDING, "{name}: the block cast no shadow ({})", ghost.shadow);
-        assert!(ghost.at_once < ROUNDING && ghost.stays < ROUNDING, "{name}: {} {}", ghost.at_once, ghost.stays);
+        assert!(
+            ghost.at_once < ROUNDING && ghost.stays < ROUNDING,
+            "{name}: {} {}",
+            ghost.at_once,
+            ghost.stays
+        );
         assert_eq!(ghost.lag, 0, "{name}");
     }
 }

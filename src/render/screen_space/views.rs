@@ -121,7 +121,6 @@ fn settings_of(volume: &ExtractedVolume) -> Option<ScreenSpaceOcclusion> {
     let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
         return None;
     };
-    let settings = settings.clamped();
     let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3()) as f32;
     let acts = volume.shading.mode.uses_occlusion() && settings.radius_mm > 0.0 && settings.samples > 0;
     acts.then_some(ScreenSpaceOcclusion {

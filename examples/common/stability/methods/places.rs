@@ -31,13 +31,13 @@ pub fn eyes(occlusion: &AmbientOcclusion) -> f64 {
     rms(&views[0], &views[1])
 }
 
-/// How uneven the floor is shaded at a distance of 3 mm from a round post: standard deviation.
+/// How uneven the floor is shaded at a distance of 7 mm from a round post: standard deviation.
 pub fn unevenness(occlusion: &AmbientOcclusion) -> f64 {
-    let mut floor = Floor::new(occlusion, &|p| post(p, 4.0, 6.0), 0.0);
+    let mut floor = Floor::new(occlusion, &|p| post(p, 3.0, 10.0), 0.0);
     let shown = floor.shown();
     let around = (0..64).map(|k| {
         let (sin, cos) = (TAU * f64::from(k) / 64.0).sin_cos();
-        shown.at(DVec3::new(7.0 * cos, 7.0 * sin, FLOOR))
+        shown.at(DVec3::new(10.0 * cos, 10.0 * sin, FLOOR))
     });
     let around: Vec<_> = around.collect();
     let mean = around.iter().sum::<f64>() / around.len() as f64;
