@@ -7,6 +7,7 @@ use super::{
     distances::DistancePasses, filtering::FilteringPasses, mark::MarkPass, peel::PeelPasses,
     ranges::RangesPass, ray_cast::RayCastPasses, screen_space::ScreenSpacePasses, sweeping::SweepPasses,
 };
+use crate::occlusion::OcclusionMethod;
 
 /// The passes and their pipelines.
 #[derive(SystemParam)]
@@ -34,18 +35,22 @@ impl Passes<'_> {
         self.count.is_ready(cache) && self.peel.is_ready(cache) && self.dilate.is_ready(cache)
     }
 
-    /// Whether volumes can be clipped and shaded.
-    pub fn over_volumes_are_ready(&self) -> bool {
+    /// Whether volumes can be clipped, and shaded by a method: others are not waited for.
+    pub fn are_ready_for(&self, method: &OcclusionMethod) -> bool {
         let cache = &self.cache;
+        let of_method = match method {
+            OcclusionMethod::Rays | OcclusionMethod::Progressive(_) => true,
+            OcclusionMethod::Sweeping(_) => self.sweep.is_ready(cache),
+            OcclusionMethod::Filtering(_) => self.filtering.is_ready(cache),
+            OcclusionMethod::ScreenSpace(_) => self.screen_space.are_ready(cache),
+            OcclusionMethod::Direct(_) => self.direct.is_ready(cache),
+        };
         self.ranges.is_ready(cache)
             && self.cull.is_ready(cache)
             && self.clip.is_ready(cache)
             && self.distances.is_ready(cache)
-            && self.filtering.is_ready(cache)
             && self.mark.is_ready(cache)
             && self.ray_cast.is_ready(cache)
-            && self.sweep.is_ready(cache)
-            && self.screen_space.are_ready(cache)
-            && self.direct.is_ready(cache)
+            && of_method
     }
 }

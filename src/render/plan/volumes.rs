@@ -95,12 +95,12 @@ pub(crate) fn plan_volumes(
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let are_ready = volume_passes.passes.over_volumes_are_ready();
     let mut progress = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
         };
+        let are_ready = volume_passes.passes.are_ready_for(&volume.occlusion.method);
         let (device, queue) = (&*volume_passes.device, &*volume_passes.queue);
         resources.upload(volume, device, queue);
         let carvers = carvers_of(volume, &scene, &plan);

@@ -94,11 +94,9 @@ pub(crate) fn prepare_views(
     mut jobs: ResMut<ScreenSpaceViews>,
 ) {
     jobs.0.clear();
-    if !parts.passes.over_volumes_are_ready() {
-        return;
-    }
     let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
-    for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
+    let is_ready = |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method);
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
         let (Some(settings), Some(resources)) = (settings_of(volume), store.0.get(&volume.entity)) else {
             continue;
         };
