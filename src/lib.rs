@@ -42,8 +42,9 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, OcclusionMethod, OcclusionResolution, RayPattern, ShadingMode, Shortcuts, Sky,
-            VolumeShading,
+            AmbientOcclusion, DirectOcclusion, OcclusionFiltering, OcclusionMethod, OcclusionResolution,
+            OcclusionSweeping, ProgressiveRays, RayPattern, ScreenSpaceOcclusion, ShadingMode, Shortcuts,
+            Sky, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
