@@ -3,8 +3,6 @@
 
 use bevy::{math::DVec3, prelude::*};
 
-use super::DensitySource;
-
 /// How large a share of the voxels around one is not denser than it, estimated from what separable filters
 /// find there: lowest, highest and mean density and the mean of its square. Every change filters the whole
 /// volume; a voxel's cost does not grow with the radius. It takes 16 bytes a voxel more, 24 where variance
@@ -15,8 +13,7 @@ use super::DensitySource;
 pub struct OcclusionFiltering {
     /// How the share is estimated.
     pub estimate: DensityEstimate,
-    /// What is compared. The paper compares intensities. Opacities fit what is seen, but where the transfer
-    /// function is steep they jump from voxel to voxel, and single voxels show.
+    /// What is compared.
     pub density: DensitySource,
     /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere. A larger one
     /// finds larger hollows and blurs small ones. In whole voxels along each axis, at least 1, at most
@@ -59,12 +56,24 @@ impl Default for OcclusionFiltering {
     fn default() -> Self {
         Self {
             estimate: DensityEstimate::default(),
-            density: DensitySource::Intensity,
+            density: DensitySource::default(),
             radius_mm: 10.0,
             brightness: 1.0,
             modulation: OpacityModulation::default(),
         }
     }
+}
+
+/// What of a clipped volume is taken for its density.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum DensitySource {
+    /// The opacity that the transfer function gives: occlusion fits what is seen, but where the function is
+    /// steep opacities jump from voxel to voxel, and single voxels show.
+    Opacity,
+    /// The intensity, as in the paper, whatever is seen of it; the lowest where it is clipped.
+    #[default]
+    Intensity,
 }
 
 /// How the share of voxels that are not denser is estimated.

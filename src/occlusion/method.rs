@@ -83,15 +83,3 @@ impl core::str::FromStr for OcclusionMethod {
         })
     }
 }
-
-/// What of a clipped volume is taken for its density.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub enum DensitySource {
-    /// The opacity that the transfer function gives: occlusion fits what is seen, and an edit of the function
-    /// recomputes it.
-    #[default]
-    Opacity,
-    /// The intensity, whatever is seen of it; the lowest where it is clipped.
-    Intensity,
-}

@@ -16,8 +16,8 @@ use bevy::prelude::*;
 
 pub use direct::DirectOcclusion;
 pub use directions::{RayDirection, RayPattern, fibonacci_direction};
-pub use filtering::{DensityEstimate, OcclusionFiltering, OpacityModulation};
-pub use method::{DensitySource, OcclusionMethod};
+pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityModulation};
+pub use method::OcclusionMethod;
 pub use progressive::ProgressiveRays;
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};

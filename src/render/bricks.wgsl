@@ -13,7 +13,7 @@ const PENDING: u32 = 1u;
 const HIDDEN: u32 = 2u;
 const MASKS: u32 = 3u;
 
-// Invocations of a workgroup in passes that visit all bricks.
+// Invocations of a workgroup in passes that visit all bricks, or all voxels.
 const WIDTH: u32 = 64u;
 
 fn brick_counts() -> vec3<u32> {
@@ -25,8 +25,8 @@ fn number_of_bricks() -> u32 {
     return bricks.x * bricks.y * bricks.z;
 }
 
-// The brick of an invocation in a pass that visits all; behind the last one there may be more.
-fn visited_brick(id: vec3<u32>, groups: vec3<u32>) -> u32 {
+// The number of an invocation in such a pass; there may be more than there are things to visit.
+fn invocation_index(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * WIDTH + id.x;
 }
 

@@ -139,7 +139,7 @@ impl ComputePass {
                 let groups = brick_counts(size);
                 pass.dispatch_workgroups(groups.x, groups.y, groups.z);
             }
-            Groups::Bricks(count) | Groups::Invocations(count) => {
+            Groups::Invocations(count) => {
                 let groups = count.div_ceil(WIDTH);
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
@@ -182,9 +182,7 @@ pub(crate) enum Groups<'a> {
     Pixels(UVec2),
     /// One invocation for each voxel, a brick to a workgroup.
     Voxels(UVec3),
-    /// One invocation for each of so many bricks.
-    Bricks(u32),
-    /// So many invocations.
+    /// So many invocations, `WIDTH` to a workgroup.
     Invocations(u32),
     /// As the head of a list's end says (`work_list.wgsl`).
     Listed(&'a Buffer, ListEnd),

@@ -4,7 +4,7 @@
 // everything is.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, visited_brick},
+    bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, invocation_index},
     changes::changes,
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
@@ -17,7 +17,7 @@
 
 @compute @workgroup_size(WIDTH)
 fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index >= number_of_bricks() {
         return;
     }

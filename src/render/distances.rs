@@ -99,9 +99,9 @@ impl DistancePasses {
         bricks: u32,
         cache: &PipelineCache,
     ) {
-        self.occupy.encode(encoder, [volume, &groups.occupy], Groups::Bricks(bricks), cache);
+        self.occupy.encode(encoder, [volume, &groups.occupy], Groups::Invocations(bricks), cache);
         for (sweep, group) in self.sweeps.iter().zip(&groups.sweeps) {
-            sweep.encode(encoder, [volume, group], Groups::Bricks(bricks), cache);
+            sweep.encode(encoder, [volume, group], Groups::Invocations(bricks), cache);
         }
     }
 }

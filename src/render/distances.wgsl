@@ -5,7 +5,7 @@
 // Distances are capped, so each is a search that ends at the first that cannot be bettered.
 
 #import bevy_contextual_ao::{
-    bricks::{HIDDEN, WIDTH, brick_at, brick_counts, brick_index, mask_at, number_of_bricks, visited_brick},
+    bricks::{HIDDEN, WIDTH, brick_at, brick_counts, brick_index, mask_at, number_of_bricks, invocation_index},
     emptiness::is_brick_transparent,
     volume_bindings::volume,
 }
@@ -53,7 +53,7 @@ fn layers_facing(side: vec3<i32>) -> vec2<u32> {
 
 @compute @workgroup_size(WIDTH)
 fn find_distances(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index >= number_of_bricks() {
         return;
     }

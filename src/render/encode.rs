@@ -71,7 +71,7 @@ pub(crate) fn encode_passes(
     let volumes = &plan.volumes;
     let unknown = volumes.iter().filter_map(|job| Some((job, job.ranges.as_ref()?)));
     frame.pass(SPAN_RANGES, unknown, |encoder, (job, group)| {
-        ranges.encode(encoder, [&job.volume_group, group], Groups::Bricks(job.bricks), &cache);
+        ranges.encode(encoder, [&job.volume_group, group], Groups::Invocations(job.bricks), &cache);
     });
 
     // Step IV: find the bricks that a changed carver can affect, clip their voxels, and measure how
@@ -79,7 +79,7 @@ pub(crate) fn encode_passes(
     let changed = volumes.iter().filter_map(|job| Some((job, job.clip.as_ref()?)));
     frame.pass(SPAN_CULL, changed.clone(), |encoder, (job, step)| {
         let groups = [&job.volume_group, &step.cull, &step.listed];
-        cull.encode(encoder, groups, Groups::Bricks(job.bricks), &cache);
+        cull.encode(encoder, groups, Groups::Invocations(job.bricks), &cache);
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, step)| {
         step.forget_pending(encoder);

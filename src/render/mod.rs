@@ -94,6 +94,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "view_ray.wgsl");
         load_shader_library!(app, "density.wgsl");
         load_shader_library!(app, "opacity_gradient.wgsl");
+        load_shader_library!(app, "shading.wgsl");
         load_shader_library!(app, "window.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");
         embedded_asset!(app, "count_surfaces.wgsl");
@@ -107,8 +108,7 @@ impl Plugin for OcclusionRenderPlugin {
         embedded_asset!(app, "mark.wgsl");
         embedded_asset!(app, "ray_cast.wgsl");
         filtering::add_shaders(app);
-        load_shader_library!(app, "sweeping/sweeping.wgsl");
-        sweeping::embed_shaders(app);
+        sweeping::add_shaders(app);
         app.add_plugins((
             RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
             ExtractResourcePlugin::<VolumeBudget>::default(),

@@ -6,7 +6,7 @@ use bevy::{
     render::{render_resource::TextureFormat, renderer::RenderDevice},
 };
 
-use super::formats::Formats;
+use super::{formats::Formats, textures::largest_storage_buffer};
 use crate::occlusion::{
     AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionResolution, OpacityModulation,
 };
@@ -67,10 +67,9 @@ impl OcclusionTexels {
 
 /// Whether a device has room for the octants of so many voxels.
 fn holds_octants(voxels: UVec3, device: &RenderDevice) -> bool {
-    let limits = device.limits();
     let bytes = 8 * voxels.as_u64vec3().element_product();
-    let holds = 2 * voxels.z <= limits.max_texture_dimension_3d
-        && bytes <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let holds =
+        2 * voxels.z <= device.limits().max_texture_dimension_3d && bytes <= largest_storage_buffer(device);
     if !holds {
         warn_once!("the device cannot hold eight octants of {voxels} voxels: swept without geometry term");
     }

@@ -2,7 +2,7 @@
 // brick read, which are its own and their neighbours.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, brick_at, number_of_bricks, visited_brick},
+    bricks::{WIDTH, brick_at, number_of_bricks, invocation_index},
     volume_bindings::{intensities, volume},
 }
 
@@ -10,7 +10,7 @@
 
 @compute @workgroup_size(WIDTH)
 fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index >= number_of_bricks() {
         return;
     }

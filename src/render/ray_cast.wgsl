@@ -12,7 +12,7 @@
     bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
     listed::{NOTHING, listed_item},
     occlusion_pass::occlusion_pass,
-    volume_bindings::volume,
+    volume_bindings::{volume, voxel_index},
     work_list::FRONT,
 }
 
@@ -165,7 +165,7 @@ fn ray_cast(
         let voxel = first + voxel_of_bit(voxels[lane]);
         var ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
 #ifdef PROGRESSIVE
-        let index = (voxel.z * volume.dimensions.y + voxel.y) * volume.dimensions.x + voxel.x;
+        let index = voxel_index(voxel);
         ambient += occlusion_pass.kept * found[index];
         found[index] = ambient;
         ambient /= occlusion_pass.found_weight;

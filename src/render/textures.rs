@@ -1,4 +1,4 @@
-//! Textures with their views, and what textures take on the device.
+//! Textures with their views, and what textures and buffers take on the device.
 
 use bevy::{
     prelude::*,
@@ -72,6 +72,12 @@ fn square(
         usage: written_as | TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     }
+}
+
+/// Bytes of the largest buffer that shaders of a device can bind whole.
+pub(crate) fn largest_storage_buffer(device: &RenderDevice) -> u64 {
+    let limits = device.limits();
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
 }
 
 /// Number and bytes of some buffers.

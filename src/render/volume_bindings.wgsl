@@ -90,6 +90,11 @@ const MAX_CARVERS: u32 = 128u;
 @group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
 
+// Where a buffer of all voxels, x fastest, has one.
+fn voxel_index(voxel: vec3<u32>) -> u32 {
+    return (voxel.z * volume.dimensions.y + voxel.y) * volume.dimensions.x + voxel.x;
+}
+
 // Where the table has an intensity as a texture gives it. Stored intensities are whole numbers: what is one
 // but for rounding is that one, because beside a transparent one there may be one that is not.
 fn lookup_entry(intensity: f32) -> f32 {

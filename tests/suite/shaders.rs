@@ -36,7 +36,7 @@ const LIBRARIES: [(&str, &str); 20] = sources![
     "window.wgsl",
     "screen_space/bindings.wgsl",
     "sweeping/sweeping.wgsl",
-    "../material/shading.wgsl",
+    "shading.wgsl",
 ];
 
 const ENTRIES: [(&str, &str); 23] = sources![
@@ -111,7 +111,6 @@ fn shaders_in(folder: &Path, path: &str, found: &mut Vec<String>) {
 fn every_variant_composes_and_validates() {
     let mut shaders = Vec::new();
     shaders_in(&project_folder().join("src/render"), "", &mut shaders);
-    shaders.push("../material/shading.wgsl".into());
     shaders.sort_unstable();
     let mut listed: Vec<_> = LIBRARIES.iter().chain(&ENTRIES).map(|(name, _)| *name).collect();
     listed.extend(DRAWN);

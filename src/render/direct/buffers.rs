@@ -14,7 +14,7 @@ use bevy::{
 use crate::{
     diagnostics::GpuUsage,
     occlusion::DirectOcclusion,
-    render::textures::{TextureAndView, usage_of, usage_of_buffers},
+    render::textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
 };
 
 /// What light is stored in: all devices write and filter it.
@@ -44,11 +44,10 @@ impl DirectBuffers {
     /// `None` where there are no windows, or the device has no buffers that large.
     pub fn fit(&mut self, window: UVec2, device: &RenderDevice) -> Option<&Buffers> {
         let size = (window + (GRAIN - 1)) / GRAIN * GRAIN;
-        let limits = device.limits();
         let bytes = 16 * u64::from(size.x) * u64::from(size.y);
         // One ring of pixels around the window.
-        let fits = size.max_element() + 2 <= limits.max_texture_dimension_2d
-            && bytes <= limits.max_storage_buffer_binding_size;
+        let fits = size.max_element() + 2 <= device.limits().max_texture_dimension_2d
+            && bytes <= largest_storage_buffer(device);
         if window.min_element() == 0 || !fits {
             self.0 = None;
         } else if self.0.as_ref().is_none_or(|buffers| buffers.size != size) {

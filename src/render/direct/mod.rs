@@ -28,7 +28,7 @@ pub(crate) use slices::DirectPasses;
 #[cfg(test)]
 pub(super) use slicing::SlicingUniform;
 
-use super::{DeviceSupport, formats::Formats};
+use super::{DeviceSupport, formats::Formats, frame::are_timed_by_clock};
 
 /// Adds the passes to the render world.
 pub(super) struct DirectOcclusionPlugin;
@@ -59,7 +59,7 @@ impl Plugin for DirectOcclusionPlugin {
             .add_systems(
                 Core3d,
                 // What is timed by the clock is submitted at once, and before it all that it reads.
-                (ApplyDeferred.run_if(views::are_timed_by_clock), views::shade_views)
+                (ApplyDeferred.run_if(are_timed_by_clock), views::shade_views)
                     .chain()
                     .in_set(Core3dSystems::MainPass)
                     .after(main_opaque_pass_3d)

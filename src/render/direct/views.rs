@@ -164,11 +164,6 @@ impl Passes<'_> {
     }
 }
 
-/// Whether there is anything to be timed by the clock.
-pub(super) fn are_timed_by_clock(plan: Res<FramePlan>, jobs: Res<DirectViews>) -> bool {
-    plan.are_timed_by_clock() && !jobs.0.is_empty()
-}
-
 /// Shades and draws the volumes of a view.
 pub(super) fn shade_views(
     view: ViewQuery<(&ViewTarget, &ViewUniformOffset)>,

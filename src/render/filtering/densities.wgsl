@@ -1,7 +1,7 @@
 // The densities of all voxels, before they are filtered.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, visited_brick},
+    bricks::{WIDTH, invocation_index},
     voxel_density::density_of,
     voxel_lines::{number_of_voxels, voxel_at},
 }
@@ -10,7 +10,7 @@
 
 @compute @workgroup_size(WIDTH)
 fn find_densities(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index < number_of_voxels() {
         densities[index] = density_of(voxel_at(index));
     }

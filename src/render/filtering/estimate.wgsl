@@ -3,7 +3,7 @@
 // that depends on the variance (section 4.2).
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, visited_brick},
+    bricks::{WIDTH, invocation_index},
     voxel_density::density_of,
     voxel_lines::{ESTIMATE_CHEBYSHEV, ESTIMATE_POWER, filtering, number_of_voxels, voxel_at},
 }
@@ -89,7 +89,7 @@ fn power(density: u32, mean: u32, word: u32) -> f32 {
 
 @compute @workgroup_size(WIDTH)
 fn estimate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index >= number_of_voxels() {
         return;
     }

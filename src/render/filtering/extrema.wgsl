@@ -6,7 +6,7 @@
 // next, of which extrema are found by going through the one backwards and through the other forwards.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, visited_brick},
+    bricks::{WIDTH, invocation_index},
     voxel_lines::{VoxelLine, filtering, number_of_lines, voxel_line},
 }
 
@@ -37,7 +37,7 @@ fn value_at(line: VoxelLine, place: i32) -> u32 {
 
 @compute @workgroup_size(WIDTH)
 fn find_extrema(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = visited_brick(id, groups);
+    let number = invocation_index(id, groups);
     if number >= number_of_lines(#{AXIS}u) {
         return;
     }

@@ -4,7 +4,7 @@
 // reciprocal of its distance. Beyond the grid occlusion is that of the nearest voxel.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, visited_brick},
+    bricks::{WIDTH, invocation_index},
     voxel_lines::{filtering, number_of_voxels, strides, voxel_at},
 }
 
@@ -16,7 +16,7 @@ const WEIGHTS: f32 = 12.275656;
 
 @compute @workgroup_size(WIDTH)
 fn modulate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = visited_brick(id, groups);
+    let index = invocation_index(id, groups);
     if index >= number_of_voxels() {
         return;
     }

@@ -8,7 +8,7 @@
 // steps: half a unit an axis. Where all are equal they stay so.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, visited_brick},
+    bricks::{WIDTH, invocation_index},
     voxel_lines::{VoxelLine, filtering, number_of_lines, voxel_line},
 }
 
@@ -49,7 +49,7 @@ fn mean_of(sum: vec2<u32>, count: u32) -> u32 {
 
 @compute @workgroup_size(WIDTH)
 fn find_means(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = visited_brick(id, groups);
+    let number = invocation_index(id, groups);
     if number >= number_of_lines(#{AXIS}u) {
         return;
     }

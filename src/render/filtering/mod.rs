@@ -1,40 +1,17 @@
 //! Volumetric ambient occlusion by filtering (Ruiz et al. 2010): the occlusion of all voxels from means and
 //! extrema of the densities around them, which separable filters find in a time that does not depend on how
-//! far around. `steps` says in which order, `resources` where what they find is kept.
+//! far around. `steps` says in which order, `passes` runs them, `resources` keeps what they find.
 
+mod passes;
 mod resources;
 mod steps;
 
-use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
-    prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntryBuilder, BindingResource,
-            CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat,
-            TextureSampleType,
-            binding_types::{
-                storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized, texture_3d,
-                texture_storage_3d, uniform_buffer,
-            },
-        },
-        renderer::{RenderDevice, RenderQueue},
-    },
-    shader::{ShaderDefVal, load_shader_library},
-};
+use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
-use super::{
-    compute_pass::{ComputePass, Groups, PassDescriptor},
-    formats::Formats,
-    pass_uniforms::OcclusionPassUniform,
-    volume_bindings,
-    volume_store::VolumeResources,
-};
-
+pub(crate) use passes::{FilteringJob, FilteringPasses};
 #[cfg(test)]
 pub(super) use resources::FilteringData;
 pub(crate) use resources::FilteringResources;
-use steps::{AXES, Outcome, Quantity, Step};
 
 /// Makes the shaders known.
 pub(super) fn add_shaders(app: &mut App) {
@@ -45,138 +22,4 @@ pub(super) fn add_shaders(app: &mut App) {
     embedded_asset!(app, "extrema.wgsl");
     embedded_asset!(app, "estimate.wgsl");
     embedded_asset!(app, "gradient.wgsl");
-}
-
-/// One for each kind of step.
-#[derive(Resource)]
-pub(crate) struct FilteringPasses {
-    densities: ComputePass,
-    /// Of each quantity, along each of [`AXES`].
-    filters: [[ComputePass; 3]; 3],
-    /// For each kind of outcome.
-    estimates: [ComputePass; 3],
-    gradient: ComputePass,
-}
-
-/// The steps over one volume.
-pub(crate) struct FilteringJob(Vec<(Step, BindGroup, u32)>);
-
-impl FromWorld for FilteringPasses {
-    fn from_world(world: &mut World) -> Self {
-        let pass = |shader, shader_defs: &[ShaderDefVal], more: &[BindGroupLayoutEntryBuilder]| {
-            let stages = ShaderStages::COMPUTE;
-            let shared = BindGroupLayoutEntries::sequential(
-                stages,
-                (
-                    texture_3d(TextureSampleType::Float { filterable: true }),
-                    storage_buffer_read_only::<resources::FilteringData>(false),
-                    uniform_buffer::<OcclusionPassUniform>(false),
-                ),
-            );
-            let more = (3..).zip(more).map(|(binding, entry)| entry.build(binding, stages));
-            let own: Vec<_> = shared.iter().copied().chain(more).collect();
-            let descriptor = PassDescriptor {
-                name: "contextual_ao_filter",
-                shader,
-                shader_defs: shader_defs.to_vec(),
-                before: vec![volume_bindings::bricks_layout()],
-                own: &own,
-                ..default()
-            };
-            ComputePass::new(world, descriptor)
-        };
-        let read = storage_buffer_read_only_sized(false, None);
-        let written = storage_buffer_sized(false, None);
-        let stored = |format| texture_storage_3d(format, StorageTextureAccess::WriteOnly);
-        let modulated = stored(TextureFormat::Rgba8Unorm);
-        let means: Handle<Shader> = load_embedded_asset!(world, "means.wgsl");
-        let extrema: Handle<Shader> = load_embedded_asset!(world, "extrema.wgsl");
-        let filters = Quantity::ALL.map(|quantity| {
-            [0, 1, 2].map(|turn| {
-                let mut defs = vec![ShaderDefVal::UInt("AXIS".into(), AXES[turn])];
-                if turn == 0 {
-                    defs.push("OF_DENSITIES".into());
-                }
-                if quantity == Quantity::Square {
-                    defs.push("SQUARES".into());
-                }
-                let shader = if quantity == Quantity::Extrema { &extrema } else { &means };
-                pass(shader.clone(), &defs, &[read, written])
-            })
-        });
-        let estimate: Handle<Shader> = load_embedded_asset!(world, "estimate.wgsl");
-        let estimates = Outcome::ALL.map(|outcome| {
-            let (def, target) = match outcome {
-                Outcome::Factors => (None, stored(world.resource::<Formats>().scalar)),
-                Outcome::Modulated => (Some("MODULATED"), modulated),
-                Outcome::Shares => (Some("SHARES"), written),
-            };
-            let defs: Vec<_> = def.map(ShaderDefVal::from).into_iter().collect();
-            pass(estimate.clone(), &defs, &[read, read, read, target])
-        });
-        Self {
-            densities: pass(load_embedded_asset!(world, "densities.wgsl"), &[], &[written]),
-            filters,
-            estimates,
-            gradient: pass(load_embedded_asset!(world, "gradient.wgsl"), &[], &[read, modulated]),
-        }
-    }
-}
-
-impl FilteringPasses {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        let mut passes = self.filters.iter().flatten().chain(&self.estimates);
-        self.densities.is_ready(cache)
-            && self.gradient.is_ready(cache)
-            && passes.all(|pass| pass.is_ready(cache))
-    }
-
-    fn pass(&self, step: Step) -> &ComputePass {
-        match step {
-            Step::Densities => &self.densities,
-            Step::Filter { quantity, turn } => &self.filters[quantity as usize][turn],
-            Step::Estimate(outcome) => &self.estimates[outcome as usize],
-            Step::Gradient => &self.gradient,
-        }
-    }
-
-    /// Writes the settings and binds what each step reads and writes.
-    pub fn bind_volume(
-        &self,
-        volume: &mut VolumeResources,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-        queue: &RenderQueue,
-    ) -> Option<FilteringJob> {
-        let filtering = volume.filtering.as_mut()?;
-        filtering.data.write_buffer(device, queue);
-        let filtering = volume.filtering.as_ref()?;
-        let shared = [
-            BindingResource::TextureView(&volume.opacities.view),
-            filtering.data.binding()?,
-            volume.pass.binding()?,
-        ];
-        let steps = steps::steps(&filtering.settings).into_iter().map(|step| {
-            let own = filtering.bindings(step, &volume.occlusion.view);
-            let resources = (0..).zip(shared.iter().cloned().chain(own));
-            let entries: Vec<_> =
-                resources.map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
-            let group = self.pass(step).bind_entries(&entries, cache, device);
-            (step, group, step.invocations(filtering.dimensions))
-        });
-        Some(FilteringJob(steps.collect()))
-    }
-
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        volume: &BindGroup,
-        job: &FilteringJob,
-        cache: &PipelineCache,
-    ) {
-        for (step, group, invocations) in &job.0 {
-            let groups = Groups::Invocations(*invocations);
-            self.pass(*step).encode(encoder, [volume, group], groups, cache);
-        }
-    }
 }

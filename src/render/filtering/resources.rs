@@ -14,7 +14,10 @@ use super::steps::{self, Outcome, Quantity, Step};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{DensitySource, OcclusionFiltering, OcclusionMethod, OpacityModulation},
-    render::{extract::ExtractedVolume, textures::usage_of_buffers},
+    render::{
+        extract::ExtractedVolume,
+        textures::{largest_storage_buffer, usage_of_buffers},
+    },
 };
 
 /// The settings as shaders read them, `Filtering` in WGSL.
@@ -74,8 +77,7 @@ impl FilteringResources {
         };
         let dimensions = volume.geometry.dimensions;
         let size = 4 * dimensions.as_u64vec3().element_product();
-        let limits = device.limits();
-        if size > limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) {
+        if size > largest_storage_buffer(device) {
             warn_once!("{dimensions} voxels are too many for this graphics device to filter: no occlusion");
             return None;
         }

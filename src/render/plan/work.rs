@@ -1,10 +1,11 @@
 //! What one volume needs this frame, given what is on the device for it.
 
 use bevy::prelude::*;
+use core::ops::Range;
 
 use super::{changes::Changes, views::VolumeView};
 use crate::{
-    occlusion::{OcclusionMethod, Shortcuts},
+    occlusion::{OcclusionMethod, ProgressiveRays, Shortcuts},
     render::{
         carver_uniform::CarverUniform,
         extract::ExtractedVolume,
@@ -108,15 +109,8 @@ impl VolumeResources {
         let unmarked: Vec<_> = windows.iter().filter(|_| follows_views).filter_map(unread).collect();
         let rays = self.rays.get();
         let all_rays = rays.len() as u32 / 2;
-        // Which rays are cast, and what part of the weight of those before counts.
         let (cast, kept) = match progressive {
-            Some(settings) if is_all_stale => {
-                (0..settings.rays_per_frame.min(all_rays), settings.kept_on_change)
-            }
-            Some(settings) => {
-                let end = state.progress.rays.saturating_add(settings.rays_per_frame);
-                (state.progress.rays..end.min(all_rays), 1.0)
-            }
+            Some(settings) => rays_of_frame(settings, state.progress, is_all_stale, all_rays),
             None => (0..all_rays, 0.0),
         };
         let cast_weight: f32 = cast.clone().map(|ray| rays[2 * ray as usize].w).sum();
@@ -159,6 +153,18 @@ impl VolumeResources {
         state.marked = marked.collect();
         work
     }
+}
+
+/// Which of all rays a frame casts, and what part of the weight of those before counts; after a change it begins
+/// anew.
+fn rays_of_frame(
+    settings: ProgressiveRays,
+    before: RayProgress,
+    has_changed: bool,
+    all_rays: u32,
+) -> (Range<u32>, f32) {
+    let (first, kept) = if has_changed { (0, settings.kept_on_change) } else { (before.rays, 1.0) };
+    (first..first.saturating_add(settings.rays_per_frame).min(all_rays), kept)
 }
 
 /// Where carvers that changed may show, as boxes; `None` if that is everywhere.

@@ -5,11 +5,10 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BindGroupLayoutEntry, OwnedBindingResource, PipelineCache, ShaderStages, StorageTextureAccess,
-            TextureFormat, TextureSampleType, TextureView, TextureViewDimension, UniformBuffer,
+            BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, PipelineCache, ShaderStages,
+            StorageTextureAccess, TextureFormat, TextureSampleType, TextureView, UniformBuffer,
             binding_types::{
-                texture_2d, texture_3d, texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d,
+                texture_2d, texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d,
                 uniform_buffer,
             },
         },
@@ -29,15 +28,12 @@ use crate::render::{
 
 /// Of textures of surfaces: depth and normal.
 pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
-/// Binding of the opacities, behind all others of a volume (`opacity_gradient.wgsl`).
-const OPACITIES: u32 = 9;
 
 /// The passes that find surfaces.
 pub(super) struct SurfacePasses {
     /// Without a depth prepass, with one, with a multisampled one.
     opaque: [ComputePass; 3],
     pub volume: ComputePass,
-    volume_layout: BindGroupLayoutDescriptor,
 }
 
 impl FromWorld for SurfacePasses {
@@ -66,9 +62,6 @@ impl FromWorld for SurfacePasses {
                 &["DEPTH", "DEPTH_MULTISAMPLED"],
             ),
         ];
-        let mut entries = volume_bindings::brick_layout_entries(stages);
-        entries.push(texture_3d(TextureSampleType::Float { filterable: true }).build(OPACITIES, stages));
-        let volume_layout = BindGroupLayoutDescriptor::new("contextual_ao_surface_volume", &entries);
         let own = BindGroupLayoutEntries::sequential(
             stages,
             (
@@ -81,11 +74,11 @@ impl FromWorld for SurfacePasses {
         let descriptor = PassDescriptor {
             name: "contextual_ao_volume_surface",
             shader: load_embedded_asset!(world, "volume_surface.wgsl"),
-            before: vec![volume_layout.clone()],
+            before: vec![volume_bindings::lit_layout()],
             own: &own,
             ..default()
         };
-        Self { opaque, volume: ComputePass::new(world, descriptor), volume_layout }
+        Self { opaque, volume: ComputePass::new(world, descriptor) }
     }
 }
 
@@ -108,15 +101,7 @@ impl SurfacePasses {
         [before, written]: [&TextureView; 2],
         (formats, cache, device, queue): (&Formats, &PipelineCache, &RenderDevice, &RenderQueue),
     ) -> Option<[BindGroup; 2]> {
-        let mut bindings = volume_bindings::brick_bindings(volume, clip, formats)?;
-        let opacities = volume.opacities.view.clone();
-        bindings.push((OPACITIES, OwnedBindingResource::TextureView(TextureViewDimension::D3, opacities)));
-        let entries: Vec<_> = bindings
-            .iter()
-            .map(|(binding, resource)| BindGroupEntry { binding: *binding, resource: resource.get_binding() })
-            .collect();
-        let layout = cache.get_bind_group_layout(&self.volume_layout);
-        let volume_group = device.create_bind_group("contextual_ao_surface_volume", &layout, &entries);
+        let volume_group = volume_bindings::lit_bind_group(volume, clip, formats, cache, device)?;
         let mut window = UniformBuffer::from(window);
         window.write_buffer(device, queue);
         let mut threshold = UniformBuffer::from(opacity_threshold);

@@ -2,8 +2,8 @@
 // (Singh, Yuksel, House 2009, section 3), or what each octant sees, for the material to weigh by the normal.
 
 #import bevy_contextual_ao::{
-    sweeping::{index_of, sweeping},
-    volume_bindings::volume,
+    sweeping::sweeping,
+    volume_bindings::{volume, voxel_index},
 }
 
 @group(1) @binding(5) var<storage, read> found: array<u32>;
@@ -20,7 +20,7 @@ fn collect(@builtin(global_invocation_id) voxel: vec3<u32>) {
     if any(voxel >= volume.dimensions) {
         return;
     }
-    let index = index_of(voxel);
+    let index = voxel_index(voxel);
 #ifdef OCTANTS
     textureStore(occlusion, voxel, unpack4x8unorm(found[2u * index]));
     let behind = vec3(voxel.xy, voxel.z + volume.dimensions.z);

@@ -7,8 +7,8 @@
 
 #import bevy_contextual_ao::{
     density::clipped_intensity,
-    sweeping::{FAR, index_of, sweeping},
-    volume_bindings::{intensities, volume},
+    sweeping::{FAR, sweeping},
+    volume_bindings::{intensities, volume, voxel_index},
 }
 
 @group(1) @binding(5) var<storage, read_write> differences: array<f32>;
@@ -22,7 +22,7 @@ fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
         let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
         let outside = sweeping.isovalue - sweeping.side * abs(difference);
         let clipped = clipped_intensity(voxel, outside);
-        differences[index_of(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
+        differences[voxel_index(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
     }
 }
 
@@ -35,7 +35,7 @@ fn way_to_crossing(voxel: vec3<u32>, step: vec3<u32>, here: f32) -> f32 {
 fn way_to(neighbor: vec3<u32>, here: f32) -> f32 {
     var way = 2.0;
     if all(neighbor < volume.dimensions) {
-        let there = differences[index_of(neighbor)];
+        let there = differences[voxel_index(neighbor)];
         way = select(2.0, here / (here - there), (here > 0.0) != (there > 0.0));
     }
     return way;
@@ -44,7 +44,7 @@ fn way_to(neighbor: vec3<u32>, here: f32) -> f32 {
 @compute @workgroup_size(4, 4, 4)
 fn initialize_distances(@builtin(global_invocation_id) voxel: vec3<u32>) {
     if all(voxel < volume.dimensions) {
-        let index = index_of(voxel);
+        let index = voxel_index(voxel);
         let here = differences[index];
         let ways = vec3(
             way_to_crossing(voxel, vec3(1u, 0u, 0u), here),

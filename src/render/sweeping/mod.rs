@@ -9,7 +9,7 @@ mod passes;
 mod planes;
 mod resources;
 
-use bevy::{asset::embedded_asset, prelude::*};
+use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
 pub(crate) use geometry_term::{TABLE_ROWS, geometry_term_table};
 pub(crate) use passes::{SweepJob, SweepPasses};
@@ -21,8 +21,9 @@ pub(crate) use {
     resources::SweepingUniform,
 };
 
-/// Adds the shaders.
-pub(crate) fn embed_shaders(app: &mut App) {
+/// Makes the shaders known.
+pub(super) fn add_shaders(app: &mut App) {
+    load_shader_library!(app, "sweeping.wgsl");
     embedded_asset!(app, "isosurface.wgsl");
     embedded_asset!(app, "sweep.wgsl");
     embedded_asset!(app, "collect.wgsl");

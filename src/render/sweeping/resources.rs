@@ -15,7 +15,11 @@ use super::planes::{SweepPlane, TILE, planes, tile_counts};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{OcclusionSweeping, SweepingSurface},
-    render::{OcclusionTexels, extract::ExtractedVolume, textures::usage_of_buffers},
+    render::{
+        OcclusionTexels,
+        extract::ExtractedVolume,
+        textures::{largest_storage_buffer, usage_of_buffers},
+    },
     volume::Rescale,
 };
 
@@ -89,8 +93,7 @@ impl SweepResources {
         let columns = (tiles * TILE).as_u64vec3();
         let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
         let found = if keeps_octants { 8 } else { 4 } * voxels;
-        let limits = device.limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let most = largest_storage_buffer(device);
         if found > most {
             warn_once!(
                 "occlusion sweeping of {dimensions} voxels needs {found} bytes in a buffer, the device allows \

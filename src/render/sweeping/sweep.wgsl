@@ -13,8 +13,8 @@
 
 #import bevy_contextual_ao::{
     density::clipped_opacity,
-    sweeping::{FAR, index_of, sweeping},
-    volume_bindings::volume,
+    sweeping::{FAR, sweeping},
+    volume_bindings::{volume, voxel_index},
 }
 
 struct Plane {
@@ -83,7 +83,7 @@ fn distance_at(place: vec3<u32>) -> f32 {
     let voxel = voxel_at(place);
     var distance = FAR;
     if all(voxel < volume.dimensions) {
-        distance = abs(signed_distances[index_of(voxel)]);
+        distance = abs(signed_distances[voxel_index(voxel)]);
     }
     return distance;
 }
@@ -124,7 +124,7 @@ fn larger_root(s: vec3<f32>) -> f32 {
 // sweeps find is farther than half of it, so that it is known from the beginning.
 #ifdef DISTANCES
 fn transmittance(voxel: vec3<u32>) -> f32 {
-    let opaque = 1.0 - saturate(signed_distances[index_of(voxel)] / sweeping.smallest_spacing_mm + 0.5);
+    let opaque = 1.0 - saturate(signed_distances[voxel_index(voxel)] / sweeping.smallest_spacing_mm + 0.5);
 #else
 fn transmittance(voxel: vec3<u32>) -> f32 {
     let clear = 1.0 - clipped_opacity(voxel);
@@ -179,7 +179,7 @@ fn sweep(
             light_along = 1.0;
             if is_inside {
                 let visibility = (arriving.x + arriving.y + arriving.z) / 3.0;
-                collect(index_of(voxel), visibility);
+                collect(voxel_index(voxel), visibility);
                 light_along = visibility * transmittance(voxel);
             }
             light[here] = light_along;
@@ -210,7 +210,7 @@ fn sweep(
             }
             near_along = FAR;
             if is_inside {
-                let index = index_of(voxel);
+                let index = voxel_index(voxel);
                 let known = signed_distances[index];
                 near_along = abs(known);
                 let beyond = distance_beyond(neighbors);

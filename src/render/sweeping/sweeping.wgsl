@@ -3,8 +3,6 @@
 
 #define_import_path bevy_contextual_ao::sweeping
 
-#import bevy_contextual_ao::volume_bindings::volume
-
 struct Sweeping {
     // Of octants 0 to 3 and 4 to 7, with a mean of 1: bit a of an octant's number is set where its directions
     // go to larger indices along axis a.
@@ -29,8 +27,3 @@ struct Sweeping {
 const FAR: f32 = 1e18;
 
 @group(1) @binding(8) var<uniform> sweeping: Sweeping;
-
-// Where buffers have a voxel.
-fn index_of(voxel: vec3<u32>) -> u32 {
-    return (voxel.z * volume.dimensions.y + voxel.y) * volume.dimensions.x + voxel.x;
-}
