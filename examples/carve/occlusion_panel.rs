@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
-        ProgressiveRays, ScreenSpaceOcclusion,
+        ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
     },
     prelude::*,
 };
@@ -15,7 +15,8 @@ const MAX_STEPS: u32 = 100;
 const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
 const RADIUS_MM: core::ops::RangeInclusive<f32> = 1.0..=60.0;
 
-pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
+/// The transfer function is where an isovalue is from.
+pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>, function: Option<&TransferFunction>) {
     let mut new = occlusion.clone();
     ComboBox::from_label("method").selected_text(new.method.name()).show_ui(ui, |ui| {
         for method in OcclusionMethod::all() {
@@ -33,6 +34,7 @@ pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>) {
             show_rays(ui, &mut new);
         }
         OcclusionMethod::Sweeping(sweeping) => {
+            show_surface(ui, &mut sweeping.surface, function);
             show_sweeping(ui, sweeping);
             show_sky(ui, &mut new.sky);
         }
@@ -87,6 +89,22 @@ fn show_sky(ui: &mut Ui, sky: &mut Sky) {
             ui.selectable_value(sky, Sky::above(axis), name);
         }
     });
+}
+
+/// What stops the light, and whether it alone is drawn.
+fn show_surface(ui: &mut Ui, surface: &mut SweepingSurface, function: Option<&TransferFunction>) {
+    let guessed = function.and_then(TransferFunction::isovalue).unwrap_or_default();
+    let value = surface.isovalue().unwrap_or(guessed);
+    ui.horizontal_wrapped(|ui| {
+        ui.selectable_value(surface, SweepingSurface::Opacity, "opacity");
+        ui.selectable_value(surface, SweepingSurface::Isovalue(value), "isovalue");
+        ui.selectable_value(surface, SweepingSurface::Isosurface(value), "isosurface alone");
+    });
+    if let SweepingSurface::Isovalue(value) | SweepingSurface::Isosurface(value) = surface {
+        let points = function.map(|function| &function.points[..]);
+        let ends = points.and_then(|points| Some(points.first()?.value..=points.last()?.value));
+        ui.add(Slider::new(value, ends.unwrap_or(guessed..=guessed)).text("isovalue"));
+    }
 }
 
 fn show_sweeping(ui: &mut Ui, sweeping: &mut OcclusionSweeping) {

@@ -134,7 +134,7 @@ fn show(
                     show_progress(ui, &readings, volume, *progress);
                     ui.separator();
                     show_shading(ui, shading);
-                    occlusion_panel::show(ui, occlusion);
+                    occlusion_panel::show(ui, occlusion, functions.get(&function.0));
                     ui.separator();
                     if let Some(content) = &readings.shown.content {
                         edit_function(ui, &mut editor, functions.get_mut(&function.0), content);

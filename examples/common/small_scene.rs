@@ -102,11 +102,22 @@ impl TestScene {
         mode: ShadingMode,
         setup: impl FnOnce(&mut App),
     ) -> Self {
-        let mut headless = Headless::new(IMAGE, |app| {
+        let headless = Headless::new(IMAGE, |app| {
             // Fine enough for volumes of 30 voxels, and quick on a software driver.
             app.insert_resource(ClipSettings { depth_map_size: 256, ..default() });
             setup(app);
         });
+        Self::in_app(headless, volume, function, occlusion, mode)
+    }
+
+    /// The same, in an app that is there.
+    pub fn in_app(
+        mut headless: Headless,
+        volume: Volume,
+        function: TransferFunction,
+        occlusion: AmbientOcclusion,
+        mode: ShadingMode,
+    ) -> Self {
         let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).length();
         let camera = headless.camera();
         let world = headless.app.world_mut();

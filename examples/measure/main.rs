@@ -12,6 +12,7 @@ mod counts;
 mod directions;
 mod figures;
 mod filtering;
+mod isosurface;
 mod published;
 mod shell;
 mod stage;
@@ -119,6 +120,10 @@ struct Instead {
     /// largest is 250 voxels along each side; --most leaves out larger ones.
     #[arg(long)]
     sweeping: bool,
+    /// How long an isosurface takes to draw by view rays that leap by its distance field, beside those that go
+    /// step by step, and beside the transfer function, in two CT volumes.
+    #[arg(long)]
+    isosurface: bool,
 }
 
 impl Options {
@@ -155,6 +160,8 @@ fn main() -> Result<(), String> {
         chart::plot_again(file, &options.out)
     } else if instead.sweeping {
         sweeping::run(&options)
+    } else if instead.isosurface {
+        isosurface::run(&options)
     } else {
         carve::run(&options)
     }

@@ -1,7 +1,11 @@
 //! One scene by every method, side by side.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{
+    occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
+    prelude::*,
+    volume::VolumeGeometry,
+};
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, RGBColor};
 
 use crate::{
@@ -17,15 +21,39 @@ const STRIP: u32 = 30;
 
 /// Renders the scene by every method, and unshaded and lit without occlusion, into one image.
 pub fn render(options: &Options) -> Result<image::RgbImage, String> {
-    let mut pictures = vec![
-        ("no occlusion".to_owned(), picture(&options.scene, ShadingMode::Solid, None)?),
-        ("Blinn-Phong".to_owned(), picture(&options.scene, ShadingMode::Phong, None)?),
-    ];
-    for column in methods::columns() {
-        let shown = picture(&options.scene, ShadingMode::Cao, Some(&column.occlusion))?;
-        pictures.push((column.name.to_owned(), shown));
+    let mut shown =
+        vec![("no occlusion", ShadingMode::Solid, None), ("Blinn-Phong", ShadingMode::Phong, None)];
+    let columns = methods::columns().into_iter().map(|column| (column.name, column.occlusion));
+    let methods = columns.chain(isosurfaces(&options.scene)?);
+    shown.extend(methods.map(|(name, occlusion)| (name, ShadingMode::Cao, Some(occlusion))));
+    let mut pictures = Vec::new();
+    for (name, mode, occlusion) in shown {
+        eprintln!("{name}");
+        pictures.push((name, picture(&options.scene, mode, occlusion.as_ref())?));
     }
     compose(&pictures, options.scene.size)
+}
+
+/// The surface of what the scene's transfer function shows, as the paper on sweeping draws it, in all its lights.
+fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusion); 4], String> {
+    let parts = options.parts()?;
+    let isovalue = parts.transfer_function.as_ref().and_then(TransferFunction::isovalue);
+    let surface = SweepingSurface::Isosurface(isovalue.unwrap_or_default());
+    let swept = |sky, geometry_term, opacity| {
+        let sweeping = OcclusionSweeping { surface, geometry_term, opacity, ..default() };
+        AmbientOcclusion { method: OcclusionMethod::Sweeping(sweeping), sky, ..default() }
+    };
+    let to_grid = VolumeGeometry::of(&parts.volume).local_from_voxel.matrix3.inverse().as_mat3();
+    let above = Sky::above(to_grid * Vec3::Y);
+    // From above, and from one side of the viewer.
+    let light = Quat::from_rotation_y(0.8) * parts.camera.with_y(parts.camera.length());
+    let octant = (to_grid * light).cmpgt(Vec3::ZERO).bitmask() as usize;
+    Ok([
+        ("isosurface, swept", swept(default(), GeometryTerm::Cosine, 1.0)),
+        ("cloudy sky", swept(above, GeometryTerm::Cosine, 1.0)),
+        ("light from one octant", swept(Sky::octant(octant), GeometryTerm::Cosine, 1.0)),
+        ("translucent", swept(default(), GeometryTerm::BothSides, 0.2)),
+    ])
 }
 
 /// The scene, by the method and at the resolution of some settings.
@@ -47,6 +75,7 @@ fn picture(
     {
         occlusion.method = settings.method;
         occlusion.resolution = settings.resolution;
+        occlusion.sky = settings.sky;
         if let OcclusionMethod::Progressive(_) = settings.method {
             // Some of its rays: how it looks on the way.
             frames = occlusion.pattern.rays() / 4;
@@ -57,7 +86,7 @@ fn picture(
     Ok(headless.image())
 }
 
-fn compose(pictures: &[(String, Vec<u8>)], size: UVec2) -> Result<image::RgbImage, String> {
+fn compose(pictures: &[(&str, Vec<u8>)], size: UVec2) -> Result<image::RgbImage, String> {
     let rows = (pictures.len() as u32).div_ceil(COLUMNS);
     let (width, height) = (COLUMNS * size.x, rows * (size.y + STRIP));
     let mut sheet = image::RgbImage::from_pixel(width, height, image::Rgb([255; 3]));

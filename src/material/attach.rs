@@ -13,7 +13,7 @@ use super::{VolumeMaterial, volume_material::MaterialVariant};
 use crate::{
     clip::{ClipCapacity, ClipSettings},
     occlusion::AmbientOcclusion,
-    render::OcclusionTexels,
+    render::{OcclusionTexels, draws_isosurface},
     volume::{LookupTable, Volume3d, VolumeGeometry},
 };
 
@@ -48,6 +48,7 @@ pub(super) fn attach_visuals(
             variant: MaterialVariant {
                 is_mirrored: transform.affine().matrix3.determinant() < 0.0,
                 texels: OcclusionTexels::of(occlusion, table.geometry.dimensions, &device),
+                is_isosurface: draws_isosurface(&occlusion.method, table.geometry.dimensions, &device),
             },
         };
         if current == Some(&visuals) {

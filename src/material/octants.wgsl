@@ -28,12 +28,12 @@ fn high_octants_at(p: vec3<f32>) -> vec3<f32> {
     return low_octants_at(p) + vec3(0.0, 0.0, 0.5);
 }
 
-// The share of the light that a point gets. `gradient` is the opacity's, volume space.
-fn octants_factor(visible: Octants, gradient: vec3<f32>) -> f32 {
+// The share of the light that a point gets. `inward` points into its surface, volume space.
+fn octants_factor(visible: Octants, inward: vec3<f32>) -> f32 {
     let local = volume.local_from_voxel;
     let axes = mat3x3<f32>(normalize(local[0].xyz), normalize(local[1].xyz), normalize(local[2].xyz));
-    // Octants are those of the grid's axes; outwards it gets more transparent.
-    let terms = geometry_terms(-(gradient * axes));
+    // Octants are those of the grid's axes.
+    let terms = geometry_terms(-(inward * axes));
     let low = terms.low + volume.both_sides * terms.high.wzyx;
     let high = terms.high + volume.both_sides * terms.low.wzyx;
     let lit = dot(volume.low_octants * visible.low, low) + dot(volume.high_octants * visible.high, high);

@@ -16,10 +16,13 @@
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
+#ifdef ISOSURFACE
+#import bevy_contextual_ao::isosurface::surface_slice
+#endif
 #ifdef OCTANTS
 #import bevy_contextual_ao::{
     octants::{Octants, high_octants_at, low_octants_at, octants_factor},
-    opacity_gradient::opacity_gradient,
+    orientation::inward,
 }
 #endif
 #import bevy_contextual_ao::{
@@ -35,7 +38,7 @@ fn ambient_at(p: vec3<f32>) -> f32 {
 #ifdef OCTANTS
     let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
     let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
-    let factor = octants_factor(Octants(low, high), opacity_gradient(p));
+    let factor = octants_factor(Octants(low, high), inward(p));
 #else
     let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
 #endif
@@ -76,8 +79,14 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
         ray.end_mm = min(ray.end_mm, dot(opaque_local - ray.near, ray.direction));
     }
 #endif
-    var march = begin_march(ray);
     var pixel = Pixel(vec3(0.0), 0.0);
+#ifdef ISOSURFACE
+    let slice = surface_slice(ray);
+    if slice.steps > 0.0 {
+        pixel = accumulate(pixel, slice, ray.direction);
+    }
+#else
+    var march = begin_march(ray);
     while pixel.alpha < OPAQUE {
         let slice = next_slice(ray, &march);
         if slice.steps <= 0.0 {
@@ -85,6 +94,7 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
         }
         pixel = accumulate(pixel, slice, ray.direction);
     }
+#endif
     if pixel.alpha <= 0.0 {
         discard;
     }

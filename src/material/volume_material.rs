@@ -39,6 +39,8 @@ pub struct MaterialVariant {
     pub(super) is_mirrored: bool,
     /// What the occlusion texture holds.
     pub(super) texels: OcclusionTexels,
+    /// Whether an isosurface alone is drawn.
+    pub(super) is_isosurface: bool,
 }
 
 /// Where Bevy binds materials: group 3.
@@ -79,7 +81,9 @@ impl Material for VolumeMaterial {
         let group = ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), MATERIAL_BIND_GROUP);
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader_defs.push(group);
-            fragment.shader_defs.extend(variant.texels.shader_def().map(ShaderDefVal::from));
+            let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
+            let defs = variant.texels.shader_def().into_iter().chain(isosurface);
+            fragment.shader_defs.extend(defs.map(ShaderDefVal::from));
         }
         Ok(())
     }
@@ -117,9 +121,9 @@ impl AsBindGroup for VolumeMaterial {
             let clip = passes.clip_maps.textures.as_ref()?;
             let mut bindings = volume_bindings::brick_bindings(volume, clip, &passes.formats)?;
             bindings.retain(|(binding, _)| *binding != volume_bindings::DILATION_MAPS);
-            for (binding, texture) in [(9, &volume.opacities), (10, &volume.occlusion)] {
-                let view = texture.view.clone();
-                bindings.push((binding, OwnedBindingResource::TextureView(TextureViewDimension::D3, view)));
+            for (binding, view) in [(9, volume.orientations()), (10, &volume.occlusion.view)] {
+                let view = OwnedBindingResource::TextureView(TextureViewDimension::D3, view.clone());
+                bindings.push((binding, view));
             }
             Some(bindings)
         })();

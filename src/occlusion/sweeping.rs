@@ -36,6 +36,9 @@ impl OcclusionSweeping {
         let surface = match self.surface {
             // Nothing is inside.
             SweepingSurface::Isovalue(value) if value.is_nan() => SweepingSurface::Isovalue(f32::INFINITY),
+            SweepingSurface::Isosurface(value) if value.is_nan() => {
+                SweepingSurface::Isosurface(f32::INFINITY)
+            }
             surface => surface,
         };
         Self {
@@ -59,6 +62,20 @@ pub enum SweepingSurface {
     /// the same sweeps (equations 1 and 7; h is the smallest spacing in the latter). What is clipped lies
     /// outside.
     Isovalue(f32),
+    /// The same, and this surface alone is drawn, in every shading mode: opaque, with the transfer function's
+    /// colours and the distance field's gradient for a normal. View rays leap by the distances. Eight bytes a
+    /// voxel more.
+    Isosurface(f32),
+}
+
+impl SweepingSurface {
+    /// The intensity of the surface, if it is one, in the file's units.
+    pub fn isovalue(self) -> Option<f32> {
+        match self {
+            Self::Opacity => None,
+            Self::Isovalue(value) | Self::Isosurface(value) => Some(value),
+        }
+    }
 }
 
 /// How the light of an octant depends on the surface's normal.

@@ -65,6 +65,7 @@ use crate::{
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use formats::Formats;
 pub(crate) use occlusion_texels::OcclusionTexels;
+pub(crate) use sweeping::draws_isosurface;
 pub use volume_store::{VolumeStore, VolumeTexture, VoxelMask};
 
 /// Where, in the render world, what stays on the device is made: whatever binds it comes after.
@@ -93,7 +94,7 @@ impl Plugin for OcclusionRenderPlugin {
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "view_ray.wgsl");
         load_shader_library!(app, "density.wgsl");
-        load_shader_library!(app, "opacity_gradient.wgsl");
+        load_shader_library!(app, "orientation.wgsl");
         load_shader_library!(app, "shading.wgsl");
         load_shader_library!(app, "window.wgsl");
         embedded_asset!(app, "clip_draw.wgsl");

@@ -89,11 +89,11 @@ impl FromWorld for RayCastPasses {
             ComputePass::new(world, descriptor)
         };
         let counters = storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, stages);
-        let found = storage_buffer_sized(false, None).build(8, stages);
+        let ray_sums = storage_buffer_sized(false, None).build(8, stages);
         Self {
             cast: pass(None, None),
             counting: pass(Some("COUNT_WORK"), Some(counters)),
-            progressive: pass(Some("PROGRESSIVE"), Some(found)),
+            progressive: pass(Some("PROGRESSIVE"), Some(ray_sums)),
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
                 size: 4 * COUNTERS.len() as u64,
@@ -126,8 +126,8 @@ impl RayCastPasses {
         let words = bricks.word_list.as_entire_binding();
         let masks = bricks.voxel_masks.as_entire_binding();
         let occlusion = &volume.occlusion.view;
-        let (variant, own) = match &volume.found {
-            Some(found) => (Variant::Progressive, Some((8, found.as_entire_binding()))),
+        let (variant, own) = match &volume.ray_sums {
+            Some(sums) => (Variant::Progressive, Some((8, sums.as_entire_binding()))),
             None if counts => (Variant::Counting, Some((7, self.work.as_entire_binding()))),
             None => (Variant::Plain, None),
         };

@@ -31,7 +31,7 @@
 #endif
 #ifdef PROGRESSIVE
 // Of every voxel: the sum of what its rays found so far, each times its weight.
-@group(1) @binding(8) var<storage, read_write> found: array<f32>;
+@group(1) @binding(8) var<storage, read_write> ray_sums: array<f32>;
 #endif
 #ifdef COUNT_WORK
 // Voxels cast, samples taken and distances looked up, each as low and high word.
@@ -166,8 +166,8 @@ fn ray_cast(
         var ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
 #ifdef PROGRESSIVE
         let index = voxel_index(voxel);
-        ambient += occlusion_pass.kept * found[index];
-        found[index] = ambient;
+        ambient += occlusion_pass.kept * ray_sums[index];
+        ray_sums[index] = ambient;
         ambient /= occlusion_pass.found_weight;
 #endif
         textureStore(occlusion, voxel / volume.occlusion_stride, vec4(ambient, 0.0, 0.0, 0.0));

@@ -3,7 +3,7 @@
 
 #define_import_path bevy_contextual_ao::shading
 
-#import bevy_contextual_ao::{opacity_gradient::opacity_gradient, volume_bindings::volume}
+#import bevy_contextual_ao::{orientation::inward, volume_bindings::volume}
 
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
@@ -17,7 +17,7 @@ fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>, amb
     if opacity * volume.light_share <= 0.0 {
         return color * ambient;
     }
-    let gradient = opacity_gradient(p);
+    let gradient = inward(p);
     let steepness = length(gradient);
     // Where the opacity does not change there is no surface to light.
     let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);

@@ -58,7 +58,7 @@ pub(crate) fn bricks_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_bricks", &brick_layout_entries(ShaderStages::COMPUTE))
 }
 
-/// The same with the clipped opacities by which samples are lit, 9 (`shading.wgsl`).
+/// The same with what samples are lit by, 9 (`orientation.wgsl`).
 pub(crate) fn lit_layout() -> BindGroupLayoutDescriptor {
     let mut entries = brick_layout_entries(ShaderStages::COMPUTE);
     let opacities = texture_3d(TextureSampleType::Float { filterable: true });

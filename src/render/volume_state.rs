@@ -30,6 +30,16 @@ pub(crate) struct RayProgress {
     pub weight: f32,
 }
 
+/// What a method that computes all voxels has computed: each includes the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Computed {
+    #[default]
+    Nothing,
+    /// The distance field of a surface, where that is drawn.
+    Distances,
+    Occlusion,
+}
+
 /// What is on the device for a volume.
 #[derive(Default)]
 pub(crate) struct VolumeState {
@@ -43,8 +53,8 @@ pub(crate) struct VolumeState {
     pub contents: Option<Contents>,
     /// Which rays have been cast since the last change, and the weight of all that was found.
     pub progress: RayProgress,
-    /// Whether a method that computes all voxels has done so since the last change.
-    pub is_computed: bool,
+    /// What a method that computes all voxels has done since the last change.
+    pub computed: Computed,
     /// What was cast without being asked for.
     pub queue: Queue,
     /// Views for which all occlusion that they read is valid.

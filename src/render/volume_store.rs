@@ -1,6 +1,7 @@
 //! What each volume keeps on the device from frame to frame.
 
 use bevy::{
+    log::warn_once,
     platform::collections::{HashMap, HashSet},
     prelude::*,
     render::{
@@ -27,7 +28,7 @@ use super::{
     occlusion_texels::OcclusionTexels,
     pass_uniforms::OcclusionPassUniform,
     sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
-    textures::{TextureAndView, usage_of, usage_of_buffers},
+    textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
     volume_state::VolumeState,
     volume_uniform::{VolumeUniform, ray_table},
 };
@@ -88,8 +89,9 @@ pub(crate) struct VolumeResources {
     pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub rays: StorageBuffer<Vec<Vec4>>,
     pub bricks: BrickResources,
-    /// Of methods that cast some rays in every frame: what they found so far, a number a voxel.
-    pub found: Option<Buffer>,
+    /// Of progressive rays: the sum of what they found so far, a number a voxel. There is none if the device cannot
+    /// bind it; then all rays are cast at once.
+    pub ray_sums: Option<Buffer>,
     pub sweeping: Option<SweepResources>,
     pub filtering: Option<FilteringResources>,
     pub state: VolumeState,
@@ -132,7 +134,7 @@ impl VolumeStore {
         Some((&bricks.voxel_masks, first, size))
     }
 
-    /// Of a volume swept by [`SweepingSurface::Isovalue`](crate::occlusion::SweepingSurface): the signed distance
+    /// Of a volume swept by an isovalue ([`SweepingSurface`](crate::occlusion::SweepingSurface)): the signed distance
     /// of every voxel from the surface, 32-bit floats, mm, x fastest; below 0 inside, 1e18 or -1e18 where
     /// there is no surface.
     pub fn signed_distances(&self, volume: Entity) -> Option<&Buffer> {
@@ -219,7 +221,7 @@ impl VolumeResources {
             changes: default(),
             rays: default(),
             bricks: BrickResources::new(dimensions, device),
-            found: None,
+            ray_sums: None,
             sweeping: None,
             filtering: None,
             state: default(),
@@ -228,17 +230,7 @@ impl VolumeResources {
 
     /// Makes what the volume's occlusion method needs for itself, and frees what others had.
     fn keep_for_method(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
-        let is_progressive = matches!(volume.occlusion.method, OcclusionMethod::Progressive(_));
-        if is_progressive != self.found.is_some() {
-            let size = 4 * u64::from(volume.geometry.dimensions.element_product());
-            let descriptor = BufferDescriptor {
-                label: Some("contextual_ao_found"),
-                size,
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            };
-            self.found = is_progressive.then(|| device.create_buffer(&descriptor));
-        }
+        self.keep_ray_sums(volume, device);
         self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
         match &volume.occlusion.method {
             OcclusionMethod::Sweeping(settings) => {
@@ -250,6 +242,27 @@ impl VolumeResources {
         }
     }
 
+    fn keep_ray_sums(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
+        let is_progressive = matches!(volume.occlusion.method, OcclusionMethod::Progressive(_));
+        let size = 4 * volume.geometry.dimensions.as_u64vec3().element_product();
+        let most = largest_storage_buffer(device);
+        if is_progressive && size > most {
+            warn_once!(
+                "progressive rays need {size} bytes in a buffer, the device allows {most}: all are cast at once"
+            );
+        }
+        let keeps = is_progressive && size <= most;
+        if keeps != self.ray_sums.is_some() {
+            let descriptor = BufferDescriptor {
+                label: Some("contextual_ao_ray_sums"),
+                size,
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            };
+            self.ray_sums = keeps.then(|| device.create_buffer(&descriptor));
+        }
+    }
+
     /// Whether there is what a method needs: the device may be too small.
     pub fn can_compute(&self, method: &OcclusionMethod) -> bool {
         match method {
@@ -257,6 +270,13 @@ impl VolumeResources {
             OcclusionMethod::Filtering(_) => self.filtering.is_some(),
             _ => true,
         }
+    }
+
+    /// What surfaces are oriented by when views draw them: the distance field of a surface that is drawn
+    /// alone, or the clipped opacities.
+    pub fn orientations(&self) -> &TextureView {
+        let surface = self.sweeping.as_ref().and_then(|sweeping| sweeping.surface.as_ref());
+        &surface.unwrap_or(&self.opacities).view
     }
 
     /// Uploads the lookup table and the rays where they changed.
@@ -305,7 +325,7 @@ impl VolumeResources {
             &self.opacities.texture,
             &self.occlusion.texture,
         ]) + self.bricks.usage()
-            + usage_of_buffers(&self.found)
+            + usage_of_buffers(&self.ray_sums)
             + self.filtering.as_ref().map_or_else(default, FilteringResources::usage)
             + sweeping
     }

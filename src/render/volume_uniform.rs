@@ -47,11 +47,13 @@ pub(crate) struct VolumeUniform {
 
 impl VolumeUniform {
     /// `largest_stored` is the stored intensity that the texture gives as 1; without occlusion
-    /// samples are drawn unshaded; the sizes are those of the depth and the dilation maps.
+    /// samples are drawn unshaded; `drawn` is between which intensities a surface lies that is drawn alone; the
+    /// sizes are those of the depth and the dilation maps.
     pub fn new(
         volume: &ExtractedVolume,
         largest_stored: f64,
         has_occlusion: bool,
+        drawn: Option<Vec2>,
         [depth_map_size, dilation_map_size]: [u32; 2],
         carvers: usize,
         shortcuts: &Shortcuts,
@@ -99,7 +101,8 @@ impl VolumeUniform {
             footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
             tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
             draw_leaps: shortcuts.draw_leaps.into(),
-            visible_intensities: visible_intensities(&volume.table, largest_stored, table_density),
+            visible_intensities: drawn
+                .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
             low_octants: Vec4::from_slice(&octants[..4]),

@@ -174,6 +174,19 @@ impl TransferFunction {
         }
     }
 
+    /// The lowest value at which it has half of its highest opacity, in file units: an isovalue for a surface
+    /// about where the eye sees one. `None` if it is transparent everywhere.
+    pub fn isovalue(&self) -> Option<f32> {
+        let half = 0.5 * self.points.iter().map(|point| point.opacity).fold(0.0, f32::max);
+        let index = self.points.iter().position(|point| half > 0.0 && point.opacity >= half)?;
+        let reached = &self.points[index];
+        let Some(before) = index.checked_sub(1).map(|before| &self.points[before]) else {
+            return Some(reached.value);
+        };
+        let share = (half - before.opacity) / (reached.opacity - before.opacity);
+        Some(before.value + share * (reached.value - before.value))
+    }
+
     /// Reads one written by [`to_ron`](Self::to_ron). The unit of length may be left out: 1 mm.
     ///
     /// # Errors

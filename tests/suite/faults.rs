@@ -11,6 +11,7 @@ use bevy::{
     },
 };
 use bevy_contextual_ao::{
+    occlusion::{OcclusionSweeping, SweepingSurface},
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
 };
@@ -127,6 +128,33 @@ fn a_device_that_lacks_something_draws_the_rest() {
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
     world.despawn(carver);
     assert!(headless.frames_until(|headless| !is_empty(&headless.image())), "nothing else is drawn");
+}
+
+#[test]
+fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
+    // A buffer of four bytes a voxel does not fit. Bevy itself needs no less.
+    let (size, most_bytes) = (UVec3::new(48, 40, 36), 1 << 18);
+    assert!(u64::from(4 * size.element_product()) > most_bytes);
+    let limits = WgpuLimits { max_storage_buffer_binding_size: most_bytes, ..WgpuLimits::default() };
+    let settings = WgpuSettings { constrained_limits: Some(limits), ..default() };
+    let image = |occlusion: AmbientOcclusion, mode| {
+        let volume = folded_volume(size, DVec3::ONE);
+        let headless = Headless::with_settings(IMAGE, settings.clone(), |_| {});
+        let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), occlusion, mode);
+        scene.settle();
+        scene.headless.frames_until(|headless| !is_empty(&headless.image()));
+        scene.headless.image()
+    };
+    let of = |method| AmbientOcclusion { method, ..few_rays() };
+    let rays = image(few_rays(), ShadingMode::Cao);
+    assert!(!is_empty(&rays));
+    // All rays at once, in the first frame.
+    assert!(image(of(OcclusionMethod::Progressive(default())), ShadingMode::Cao) == rays);
+    let solid = image(few_rays(), ShadingMode::Solid);
+    let surface = SweepingSurface::Isosurface(130.0);
+    for sweeping in [default(), OcclusionSweeping { surface, ..default() }] {
+        assert!(image(of(OcclusionMethod::Sweeping(sweeping)), ShadingMode::Cao) == solid);
+    }
 }
 
 #[test]

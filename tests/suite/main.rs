@@ -21,6 +21,7 @@ mod exact;
 mod faults;
 mod filtering;
 mod independence;
+mod isosurface;
 mod lifecycle;
 mod methods;
 mod oracle;

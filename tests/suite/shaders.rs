@@ -32,14 +32,14 @@ const LIBRARIES: [(&str, &str); 20] = sources![
     "density.wgsl",
     "filtering/voxel_lines.wgsl",
     "filtering/voxel_density.wgsl",
-    "opacity_gradient.wgsl",
+    "orientation.wgsl",
     "window.wgsl",
     "screen_space/bindings.wgsl",
     "sweeping/sweeping.wgsl",
     "shading.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 23] = sources![
+const ENTRIES: [(&str, &str); 24] = sources![
     "clip_draw.wgsl",
     "count_surfaces.wgsl",
     "peel.wgsl",
@@ -63,6 +63,7 @@ const ENTRIES: [(&str, &str); 23] = sources![
     "sweeping/isosurface.wgsl",
     "sweeping/sweep.wgsl",
     "sweeping/collect.wgsl",
+    "sweeping/surface.wgsl",
 ];
 
 /// Those that import of Bevy, and are drawn in tests.

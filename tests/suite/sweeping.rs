@@ -167,7 +167,7 @@ impl Case {
                 let exponent = self.spacing.element_sum() / 3.0 / f64::from(STEP_MM);
                 opacities.iter().map(|opacity| (1.0 - opacity).powf(exponent)).collect()
             }
-            SweepingSurface::Isovalue(isovalue) => {
+            SweepingSurface::Isovalue(isovalue) | SweepingSurface::Isosurface(isovalue) => {
                 let clipped = |value: &f64, opacity: f64| {
                     let inside = value - f64::from(isovalue);
                     if opacity > 0.0 { inside } else { -inside.abs() }
@@ -345,6 +345,8 @@ fn settings_without_sense_are_harmless() {
             gamma: f32::INFINITY,
         },
         OcclusionSweeping { opacity: -1.0, gamma: f32::NAN, ..default() },
+        OcclusionSweeping { surface: SweepingSurface::Isosurface(f32::NAN), ..default() },
+        OcclusionSweeping { surface: SweepingSurface::Isosurface(-f32::INFINITY), opacity: 0.0, ..default() },
     ];
     for sweeping in wild {
         let method = OcclusionMethod::Sweeping(sweeping);

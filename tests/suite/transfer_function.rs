@@ -39,6 +39,19 @@ fn sampling_is_linear_between_points_and_constant_beyond() {
 }
 
 #[test]
+fn the_isovalue_is_where_half_of_the_opacity_is() {
+    let isovalue = |points: &[(f32, f32)]| {
+        let points = points.iter().map(|&(value, opacity)| point(value, [1.0; 3], opacity));
+        TransferFunction::new(points.collect(), 1.0).expect("a valid function").isovalue()
+    };
+    assert_eq!(isovalue(&[(10.0, 0.0), (30.0, 0.4)]), Some(20.0));
+    assert_eq!(isovalue(&[(0.0, 0.1), (10.0, 0.1), (20.0, 0.5), (30.0, 0.0)]), Some(13.75));
+    assert_eq!(isovalue(&[(5.0, 0.0), (5.0, 1.0), (9.0, 0.0)]), Some(5.0));
+    assert_eq!(isovalue(&[(-3.0, 0.2)]), Some(-3.0));
+    assert_eq!(isovalue(&[(0.0, 0.0), (1.0, 0.0)]), None);
+}
+
+#[test]
 fn steps_have_two_sides() {
     let white = [1.0; 3];
     let points =

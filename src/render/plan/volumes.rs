@@ -26,9 +26,9 @@ use crate::{
         mark::MarkJob,
         passes::Passes,
         ray_cast::RayCastJob,
-        sweeping::SweepJob,
+        sweeping::{SweepJob, SweepResources},
         volume_bindings,
-        volume_state::Contents,
+        volume_state::{Computed, Contents},
         volume_store::{VolumeResources, VolumeStore},
         volume_uniform::VolumeUniform,
     },
@@ -108,8 +108,10 @@ pub(crate) fn plan_volumes(
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
         let largest = resources.largest_stored;
         let has_occlusion = are_ready && resources.can_compute(&volume.occlusion.method);
+        let drawn = resources.sweeping.as_ref().and_then(SweepResources::drawn_intensities);
+        let shortcuts = &scene.shortcuts;
         let uniform =
-            VolumeUniform::new(volume, largest, has_occlusion, sizes, carvers.len(), &scene.shortcuts);
+            VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), shortcuts);
         let looks_different = write_if_changed(&mut resources.uniform, uniform, device, queue);
         write_if_changed(&mut resources.carvers, table, device, queue);
         // Until all carvers carve, nothing is final.
@@ -120,7 +122,7 @@ pub(crate) fn plan_volumes(
         }
         let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
         let windows = views.windows(volume);
-        let work = resources.advance(volume, contents, windows, looks_different, &scene.shortcuts);
+        let work = resources.advance(volume, contents, windows, looks_different, shortcuts);
         if work.is_some() {
             plan.volumes.extend(work.bind(resources, clip, scene.count_work, &volume_passes));
         }
@@ -185,7 +187,7 @@ impl Work {
         volume.pass.set(self.pass);
         volume.pass.write_buffer(device, queue);
         // What goes on casting goes on with the same list.
-        if self.changes.is_some() || volume.found.is_none() {
+        if self.changes.is_some() || volume.ray_sums.is_none() {
             BrickResources::empty(&volume.bricks.word_list, queue);
         }
         let clip_job = match self.changes {
@@ -207,8 +209,15 @@ impl Work {
             }
             None => None,
         };
-        let filter =
-            if self.computes_all { passes.filtering.bind_volume(volume, cache, device, queue) } else { None };
+        let filter = match self.computes {
+            Computed::Nothing => None,
+            _ => passes.filtering.bind_volume(volume, cache, device, queue),
+        };
+        let distances_alone = distances_alone.0 || self.computes == Computed::Distances;
+        let sweep = match self.computes {
+            Computed::Nothing => None,
+            _ => passes.sweep.bind_volume(volume, distances_alone, cache, device, queue),
+        };
         let [volume_group, bricks_group] =
             volume_bindings::compute_bind_groups(volume, clip, formats, cache, device)?;
         let marks = self.windows.into_iter();
@@ -225,11 +234,7 @@ impl Work {
             } else {
                 None
             },
-            sweep: if self.computes_all {
-                passes.sweep.bind_volume(volume, distances_alone.0, cache, device, queue)
-            } else {
-                None
-            },
+            sweep,
             filter,
         })
     }

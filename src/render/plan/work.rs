@@ -10,7 +10,7 @@ use crate::{
         carver_uniform::CarverUniform,
         extract::ExtractedVolume,
         pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
-        volume_state::{Contents, RayProgress},
+        volume_state::{Computed, Contents, RayProgress},
         volume_store::VolumeResources,
     },
 };
@@ -25,14 +25,14 @@ pub(super) struct Work {
     pub casts: bool,
     /// Whether more rays of the same voxels are to be cast in the next frame.
     pub goes_on: bool,
-    /// Whether a method that computes all voxels has to.
-    pub computes_all: bool,
+    /// What a method that computes all voxels has to compute.
+    pub computes: Computed,
     pub pass: OcclusionPassUniform,
 }
 
 impl Work {
     pub fn is_some(&self) -> bool {
-        self.finds_ranges || self.changes.is_some() || self.casts || self.computes_all
+        self.finds_ranges || self.changes.is_some() || self.casts || self.computes != Computed::Nothing
     }
 }
 
@@ -53,7 +53,9 @@ impl VolumeResources {
         let mode = volume.shading.mode;
         let method = volume.occlusion.method;
         let progressive = match method {
-            OcclusionMethod::Progressive(settings) if mode.uses_occlusion() && !mode.recomputes_all() => {
+            OcclusionMethod::Progressive(settings)
+                if mode.uses_occlusion() && !mode.recomputes_all() && self.ray_sums.is_some() =>
+            {
                 Some(settings)
             }
             _ => None,
@@ -116,10 +118,16 @@ impl VolumeResources {
         let cast_weight: f32 = cast.clone().map(|ray| rays[2 * ray as usize].w).sum();
         let found_weight = state.progress.weight * kept + cast_weight;
         let continues = progressive.is_some() && queue != Queue::None && !cast.is_empty();
-        let computes_all = mode.uses_occlusion()
-            && !method.casts_rays()
-            && method.is_of_voxels()
-            && (changes.is_some() || !state.is_computed);
+        let draws_isosurface = self.sweeping.as_ref().is_some_and(|sweeping| sweeping.surface.is_some());
+        let needed = if mode.uses_occlusion() && !method.casts_rays() && method.is_of_voxels() {
+            Computed::Occlusion
+        } else if draws_isosurface {
+            Computed::Distances
+        } else {
+            Computed::Nothing
+        };
+        let before = if changes.is_some() { Computed::Nothing } else { state.computed };
+        let computes = if needed > before { needed } else { Computed::Nothing };
         let pass = OcclusionPassUniform {
             lists_all: (is_all_stale || !shortcuts.lists).into(),
             is_all_stale: is_all_stale.into(),
@@ -139,13 +147,13 @@ impl VolumeResources {
             finds_ranges: !state.has_ranges,
             casts: !unmarked.is_empty() || changes.is_some() && queue != Queue::None || continues,
             goes_on: continues && cast.end < all_rays,
-            computes_all,
+            computes,
             changes,
             windows: unmarked,
             pass,
         };
         state.has_ranges = true;
-        state.is_computed = computes_all || state.is_computed && work.changes.is_none();
+        state.computed = before.max(computes);
         state.progress = RayProgress { rays: cast.end, weight: found_weight };
         state.contents = Some(contents);
         state.queue = queue;

@@ -6,7 +6,7 @@
 // that the jitter of view rays does not show as noise.
 
 #import bevy_contextual_ao::{
-    opacity_gradient::opacity_gradient,
+    orientation::inward,
     screen_space::{Surface, pack_surface, unpack_surface},
     view_ray::{OPAQUE, ViewRay, begin_march, is_visible_at, next_slice, view_ray},
     volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, volume},
@@ -70,7 +70,7 @@ fn normal_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
     let face = select(vec3(0.0), -sign(p - 0.5), beyond == vec3(nearest));
     var gradient = (transpose(volume.texture_from_local) * vec4(face, 0.0)).xyz;
     if nearest < -0.1 {
-        gradient = opacity_gradient(p);
+        gradient = inward(p);
     }
     if dot(gradient, gradient) < 1e-8 {
         // Where the opacity does not change.

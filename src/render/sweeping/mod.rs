@@ -13,7 +13,7 @@ use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
 pub(crate) use geometry_term::{TABLE_ROWS, geometry_term_table};
 pub(crate) use passes::{SweepJob, SweepPasses};
-pub(crate) use resources::SweepResources;
+pub(crate) use resources::{SweepResources, draws_isosurface};
 #[cfg(test)]
 pub(crate) use {
     geometry_term::SIDE,
@@ -27,4 +27,5 @@ pub(super) fn add_shaders(app: &mut App) {
     embedded_asset!(app, "isosurface.wgsl");
     embedded_asset!(app, "sweep.wgsl");
     embedded_asset!(app, "collect.wgsl");
+    embedded_asset!(app, "surface.wgsl");
 }

@@ -17,7 +17,10 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::{planes::SweepPlane, resources::SweepingUniform};
+use super::{
+    planes::SweepPlane,
+    resources::{SURFACE_FORMAT, SweepingUniform},
+};
 use crate::render::{
     compute_pass::{ComputePass, Groups, PassDescriptor},
     formats::Formats,
@@ -37,6 +40,7 @@ const OCCLUSION: u32 = 7;
 // fourth, those of the volume counted.
 const SETTINGS: u32 = 8;
 const PLANE: u32 = 9;
+const SURFACE: u32 = 10;
 
 #[derive(Resource)]
 pub(crate) struct SweepPasses {
@@ -48,6 +52,7 @@ pub(crate) struct SweepPasses {
     sweep_distances_alone: ComputePass,
     collect_factors: ComputePass,
     collect_octants: ComputePass,
+    collect_surface: ComputePass,
 }
 
 impl FromWorld for SweepPasses {
@@ -91,6 +96,10 @@ impl FromWorld for SweepPasses {
                 &[settings, read, occlusion],
             )
         };
+        let surface = [
+            storage_buffer_read_only_sized(false, None).build(DISTANCES, stages),
+            texture_storage_3d(SURFACE_FORMAT, StorageTextureAccess::WriteOnly).build(SURFACE, stages),
+        ];
         let [faces, found, distances] = [FACES, FOUND, DISTANCES].map(written);
         Self {
             measure_differences: initialize("measure_differences", &[settings, coverage, found]),
@@ -100,6 +109,13 @@ impl FromWorld for SweepPasses {
             sweep_distances_alone: sweep(&["DISTANCES"], &[settings, plane, distances]),
             collect_factors: collect(&[], world.resource::<Formats>().scalar),
             collect_octants: collect(&["OCTANTS"], TextureFormat::Rgba8Unorm),
+            collect_surface: pass(
+                "contextual_ao_sweep_surface",
+                load_embedded_asset!(world, "surface.wgsl"),
+                "collect_surface",
+                &[],
+                &surface,
+            ),
         }
     }
 }
@@ -116,6 +132,7 @@ pub(crate) struct SweepJob {
     /// Whether what octants see is kept, or their mean.
     keeps_octants: bool,
     collect: BindGroup,
+    surface: Option<BindGroup>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -135,6 +152,7 @@ impl SweepPasses {
             &self.sweep_distances_alone,
             &self.collect_factors,
             &self.collect_octants,
+            &self.collect_surface,
         ];
         passes.iter().all(|pass| pass.is_ready(cache))
     }
@@ -197,6 +215,13 @@ impl SweepPasses {
             dispatches: sweeping.sweeps(what != Swept::Opacities).collect(),
             keeps_octants: sweeping.keeps_octants,
             collect: bind(collect, &[settings, found, occlusion]),
+            surface: sweeping.distances.as_ref().zip(sweeping.surface.as_ref()).map(
+                |(distances, surface)| {
+                    let distances = (DISTANCES, distances.as_entire_binding());
+                    let surface = (SURFACE, BindingResource::TextureView(&surface.view));
+                    bind(&self.collect_surface, &[distances, surface])
+                },
+            ),
         })
     }
 
@@ -227,6 +252,9 @@ impl SweepPasses {
         if job.what != Swept::DistancesAlone {
             let collect = self.collect(job.keeps_octants);
             collect.encode(encoder, [volume, &job.collect], voxels, cache);
+        }
+        if let Some(surface) = &job.surface {
+            self.collect_surface.encode(encoder, [volume, surface], voxels, cache);
         }
     }
 }

@@ -5,7 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, UniformBuffer,
+            Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, TextureFormat,
+            TextureUsages, TextureViewDimension, UniformBuffer,
         },
         renderer::RenderDevice,
     },
@@ -14,14 +15,18 @@ use bevy::{
 use super::planes::{SweepPlane, TILE, planes, tile_counts};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{OcclusionSweeping, SweepingSurface},
+    occlusion::{OcclusionMethod, OcclusionSweeping, SweepingSurface},
     render::{
         OcclusionTexels,
         extract::ExtractedVolume,
-        textures::{largest_storage_buffer, usage_of_buffers},
+        formats::volume_texture,
+        textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
     },
     volume::Rescale,
 };
+
+/// Of the texture by which a surface is drawn: filtered, and written by all devices.
+pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
 /// The settings, as `Sweeping` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
@@ -51,6 +56,8 @@ pub(crate) struct SweepResources {
     pub found: Buffer,
     /// Signed distance of every voxel from the surface at the isovalue, mm, if that is what occludes.
     pub distances: Option<Buffer>,
+    /// Its gradient and the distance (`surface.wgsl`), if views draw the surface alone.
+    pub surface: Option<TextureAndView>,
     /// Whether what octants see is kept, or their mean.
     pub keeps_octants: bool,
     pub dimensions: UVec3,
@@ -66,15 +73,16 @@ impl SweepResources {
         stored: (Rescale, f64),
         device: &RenderDevice,
     ) {
-        let finds_distances = matches!(settings.surface, SweepingSurface::Isovalue(_));
         let keeps_octants = texels == OcclusionTexels::Octants;
         let fits = |resources: &Self| {
-            resources.distances.is_some() == finds_distances && resources.keeps_octants == keeps_octants
+            resources.distances.is_some() == settings.surface.isovalue().is_some()
+                && resources.surface.is_some() == wants_isosurface(settings)
+                && resources.keeps_octants == keeps_octants
         };
         if !kept.as_ref().is_some_and(fits) {
             // First free, then allocate.
             *kept = None;
-            *kept = Self::new(volume.geometry.dimensions, finds_distances, keeps_octants, device);
+            *kept = Self::new(volume.geometry.dimensions, settings, keeps_octants, device);
         }
         if let Some(resources) = kept {
             let uniform = uniform(settings, volume, keeps_octants, stored);
@@ -84,7 +92,7 @@ impl SweepResources {
 
     fn new(
         dimensions: UVec3,
-        finds_distances: bool,
+        settings: &OcclusionSweeping,
         keeps_octants: bool,
         device: &RenderDevice,
     ) -> Option<Self> {
@@ -118,7 +126,19 @@ impl SweepResources {
             dispatches,
             faces: buffer("contextual_ao_sweep_faces", 4 * faces),
             found: buffer("contextual_ao_sweep_found", found),
-            distances: finds_distances.then(|| buffer("contextual_ao_sweep_distances", 4 * voxels)),
+            distances: settings
+                .surface
+                .isovalue()
+                .map(|_| buffer("contextual_ao_sweep_distances", 4 * voxels)),
+            surface: wants_isosurface(settings).then(|| {
+                let descriptor = volume_texture(
+                    "contextual_ao_sweep_surface",
+                    dimensions,
+                    SURFACE_FORMAT,
+                    TextureUsages::STORAGE_BINDING,
+                );
+                TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
+            }),
             keeps_octants,
             dimensions,
         })
@@ -134,8 +154,29 @@ impl SweepResources {
 
     /// What they take.
     pub fn usage(&self) -> GpuUsage {
-        usage_of_buffers([&self.faces, &self.found]) + usage_of_buffers(&self.distances)
+        usage_of_buffers([&self.faces, &self.found])
+            + usage_of_buffers(&self.distances)
+            + usage_of(self.surface.iter().map(|surface| &surface.texture))
     }
+
+    /// Between which intensities, as the texture gives them, the surface lies that is drawn alone, if one is.
+    pub fn drawn_intensities(&self) -> Option<Vec2> {
+        let SweepingUniform { isovalue, side, .. } = *self.uniform.get();
+        let drawn = if side > 0.0 { Vec2::new(isovalue, f32::MAX) } else { Vec2::new(f32::MIN, isovalue) };
+        self.surface.is_some().then_some(drawn)
+    }
+}
+
+/// Whether a surface of a volume of so many voxels is drawn alone.
+pub(crate) fn draws_isosurface(method: &OcclusionMethod, voxels: UVec3, device: &RenderDevice) -> bool {
+    let OcclusionMethod::Sweeping(settings) = method else {
+        return false;
+    };
+    wants_isosurface(settings) && 4 * voxels.as_u64vec3().element_product() <= largest_storage_buffer(device)
+}
+
+fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
+    matches!(settings.surface, SweepingSurface::Isosurface(_))
 }
 
 /// The settings as shaders read them. `stored` is how stored intensities become the file's units, and
@@ -151,12 +192,8 @@ fn uniform(
     // Light takes as many steps along each axis: on average it crosses the mean of the spacings.
     let voxel_mm = spacing_mm.element_sum() / 3.0;
     let side = rescale.slope.signum();
-    let isovalue = match settings.surface {
-        SweepingSurface::Isovalue(value) => {
-            (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored
-        }
-        SweepingSurface::Opacity => 0.0,
-    };
+    let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
+    let isovalue = settings.surface.isovalue().map_or(0.0, stored);
     let weights = volume.occlusion.sky.normalized();
     SweepingUniform {
         weights: [Vec4::from_slice(&weights[..4]), Vec4::from_slice(&weights[4..])],

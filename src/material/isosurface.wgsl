@@ -1,0 +1,50 @@
+// Where a view ray meets an isosurface that is drawn alone: the first of its samples that lies inside and is not
+// clipped, then by halving the step before it. Where the distance field (Singh, Yuksel, House 2009, section 1.1)
+// has nothing around a sample, the ray leaps to the first one beyond (sphere tracing, Hart 1996). It only leaves
+// out samples: what they find is the intensities' and the carvers', not the field's.
+
+#define_import_path bevy_contextual_ao::isosurface
+
+#import bevy_contextual_ao::{
+    orientation::distance_from_surface,
+    view_ray::{CUT_HALVINGS, Slice, ViewRay, along_ray, begin_march, is_visible_at},
+    volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
+}
+
+// Fast sweeping's distances are too long: around a point, which is the worst, by less than this share and a quarter
+// of a cell's diagonal. The rest of a diagonal is for carvers, whose cuts the field has to within a voxel.
+const DISTANCE_SHARE: f32 = 0.9;
+
+fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
+    let intensity = textureSampleLevel(intensities, edge_sampler, ray.origin + along_mm * ray.velocity, 0.0).r;
+    return may_be_visible(intensity) && is_visible_at(ray, along_mm);
+}
+
+// The surface as an opaque piece of a ray; without length if there is none.
+fn surface_slice(ray: ViewRay) -> Slice {
+    let count = begin_march(ray).count;
+    let margin_mm = 0.5 * volume.brick_radius_mm;
+    var i = 0u;
+    while i < count {
+        let along_mm = along_ray(ray, i);
+        let distance_mm = distance_from_surface(ray.origin + along_mm * ray.velocity);
+        let free_mm = select(-1.0, DISTANCE_SHARE * distance_mm - margin_mm, volume.draw_leaps == 1u);
+        if free_mm < 0.0 && is_inside(ray, along_mm) {
+            break;
+        }
+        i += 1u + u32(max(free_mm, 0.0) / volume.draw_step_mm);
+    }
+    var inside_mm = along_ray(ray, i);
+    var outside_mm = max(inside_mm - volume.draw_step_mm, ray.begin_mm);
+    for (var k = 0; k < CUT_HALVINGS && i < count; k += 1) {
+        let middle_mm = 0.5 * (inside_mm + outside_mm);
+        if is_inside(ray, middle_mm) {
+            inside_mm = middle_mm;
+        } else {
+            outside_mm = middle_mm;
+        }
+    }
+    let p = ray.origin + inside_mm * ray.velocity;
+    let color = classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r).rgb;
+    return Slice(vec4(color, 1.0), p, select(0.0, 1.0, i < count));
+}

@@ -1,0 +1,38 @@
+// How surfaces are turned, for what lights them: by the gradient of the clipped opacity (V_o), or of the distance
+// field where an isosurface alone is drawn (`sweeping/surface.wgsl`). The binding is one more of those of
+// `volume_bindings` and `brick_bindings`.
+
+#define_import_path bevy_contextual_ao::orientation
+
+#import bevy_contextual_ao::volume_bindings::{edge_sampler, volume}
+
+#ifdef ISOSURFACE
+@group(#{VOLUME_BIND_GROUP}) @binding(9) var surface: texture_3d<f32>;
+
+// Signed distance of a point from the surface, mm.
+fn distance_from_surface(p: vec3<f32>) -> f32 {
+    return textureSampleLevel(surface, edge_sampler, p, 0.0).w;
+}
+
+// The way into the surface, volume space, of any length.
+fn inward(p: vec3<f32>) -> vec3<f32> {
+    return -textureSampleLevel(surface, edge_sampler, p, 0.0).xyz;
+}
+#else
+@group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
+
+// The way into what is more opaque, volume space, longer where that is steeper: 3D Sobel over 26 neighbours.
+fn inward(p: vec3<f32>) -> vec3<f32> {
+    let texel = 1.0 / vec3<f32>(volume.dimensions);
+    var gradient = vec3(0.0);
+    for (var k = 0; k < 27; k += 1) {
+        let offset = vec3<f32>(vec3(k % 3, (k / 3) % 3, k / 9) - 1);
+        let weight = vec3(2.0) - abs(offset);
+        let opacity = textureSampleLevel(opacities, edge_sampler, p + offset * texel, 0.0).r;
+        gradient += opacity * offset * vec3(weight.y * weight.z, weight.x * weight.z, weight.x * weight.y);
+    }
+    // Per voxel → per texture coordinate → per mm.
+    let per_texture = gradient * vec3<f32>(volume.dimensions);
+    return (transpose(volume.texture_from_local) * vec4(per_texture, 0.0)).xyz;
+}
+#endif

@@ -1,0 +1,37 @@
+// The distance field as view rays read it (Singh, Yuksel, House 2009, section 3: its gradient is the surface's
+// normal): of every voxel the unit gradient of the signed distance, volume space, and the distance, mm.
+
+#import bevy_contextual_ao::volume_bindings::{volume, voxel_index}
+
+@group(1) @binding(6) var<storage, read> signed_distances: array<f32>;
+@group(1) @binding(10) var surface: texture_storage_3d<rgba16float, write>;
+
+// What 16 bits hold, mm.
+const FARTHEST: f32 = 6e4;
+
+// Beyond the grid it is that of the nearest voxel.
+fn distance_at(place: vec3<i32>) -> f32 {
+    let voxel = clamp(place, vec3(0), vec3<i32>(volume.dimensions) - 1);
+    return clamp(signed_distances[voxel_index(vec3<u32>(voxel))], -FARTHEST, FARTHEST);
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn collect_surface(@builtin(global_invocation_id) voxel: vec3<u32>) {
+    if any(voxel >= volume.dimensions) {
+        return;
+    }
+    let here = vec3<i32>(voxel);
+    let x = vec3(1, 0, 0);
+    let y = vec3(0, 1, 0);
+    let z = vec3(0, 0, 1);
+    let per_voxel = vec3(
+        distance_at(here + x) - distance_at(here - x),
+        distance_at(here + y) - distance_at(here - y),
+        distance_at(here + z) - distance_at(here - z),
+    );
+    let per_texture = per_voxel * vec3<f32>(volume.dimensions);
+    let gradient = (transpose(volume.texture_from_local) * vec4(per_texture, 0.0)).xyz;
+    let steepness = length(gradient);
+    let normal = select(vec3(0.0), gradient / steepness, steepness > 0.0);
+    textureStore(surface, voxel, vec4(normal, distance_at(here)));
+}
