@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
-        ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
+        OpacityModulation, ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
     },
     prelude::*,
 };
@@ -131,6 +131,21 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
     });
     ui.add(Slider::new(&mut filtering.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
     ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
+    let threshold = match filtering.modulation {
+        OpacityModulation::None => 0.05,
+        OpacityModulation::Variance(threshold) | OpacityModulation::Gradient(threshold) => threshold,
+    };
+    ui.horizontal_wrapped(|ui| {
+        ui.label("fades by");
+        ui.selectable_value(&mut filtering.modulation, OpacityModulation::None, "nothing");
+        ui.selectable_value(&mut filtering.modulation, OpacityModulation::Variance(threshold), "variance");
+        ui.selectable_value(&mut filtering.modulation, OpacityModulation::Gradient(threshold), "gradient");
+    });
+    if let OpacityModulation::Variance(threshold) | OpacityModulation::Gradient(threshold) =
+        &mut filtering.modulation
+    {
+        ui.add(Slider::new(threshold, 0.001..=0.5).logarithmic(true).text("below"));
+    }
 }
 
 fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion) {

@@ -48,7 +48,7 @@ pub(super) fn attach_visuals(
             variant: MaterialVariant {
                 is_mirrored: transform.affine().matrix3.determinant() < 0.0,
                 texels: OcclusionTexels::of(occlusion, table.geometry.dimensions, &device),
-                is_isosurface: draws_isosurface(&occlusion.method, table.geometry.dimensions, &device),
+                is_isosurface: draws_isosurface(occlusion, table.geometry.dimensions, &device),
             },
         };
         if current == Some(&visuals) {

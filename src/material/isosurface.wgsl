@@ -7,26 +7,36 @@
 
 #import bevy_contextual_ao::{
     orientation::distance_from_surface,
-    view_ray::{CUT_HALVINGS, Slice, ViewRay, along_ray, begin_march, is_visible_at},
+    view_ray::{CUT_HALVINGS, ViewRay, along_ray, begin_march, is_visible_at},
     volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
 }
 
 // Fast sweeping's distances are too long: around a point, which is the worst, by less than this share and a quarter
-// of a cell's diagonal. The rest of a diagonal is for carvers, whose cuts the field has to within a voxel.
+// of a cell's diagonal.
 const DISTANCE_SHARE: f32 = 0.9;
+
+struct SurfaceHit {
+    color: vec3<f32>,
+    // 1; 0 if nothing is hit.
+    alpha: f32,
+    // Texture coordinates.
+    p: vec3<f32>,
+}
 
 fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
     let intensity = textureSampleLevel(intensities, edge_sampler, ray.origin + along_mm * ray.velocity, 0.0).r;
     return may_be_visible(intensity) && is_visible_at(ray, along_mm);
 }
 
-// The surface as an opaque piece of a ray; without length if there is none.
-fn surface_slice(ray: ViewRay) -> Slice {
-    let count = begin_march(ray).count;
-    let margin_mm = 0.5 * volume.brick_radius_mm;
+fn surface_hit(ray: ViewRay) -> SurfaceHit {
+    // The last sample is where the ray ends.
+    let count = select(0u, begin_march(ray).count + 1u, ray.begin_mm < ray.end_mm);
+    // A visible point that is inside has a voxel within a cell's diagonal that the field has on the surface, or
+    // next to it; two diagonals (a brick's radius) are more than both and the quarter above.
+    let margin_mm = volume.brick_radius_mm;
     var i = 0u;
     while i < count {
-        let along_mm = along_ray(ray, i);
+        let along_mm = min(along_ray(ray, i), ray.end_mm);
         let distance_mm = distance_from_surface(ray.origin + along_mm * ray.velocity);
         let free_mm = select(-1.0, DISTANCE_SHARE * distance_mm - margin_mm, volume.draw_leaps == 1u);
         if free_mm < 0.0 && is_inside(ray, along_mm) {
@@ -34,7 +44,7 @@ fn surface_slice(ray: ViewRay) -> Slice {
         }
         i += 1u + u32(max(free_mm, 0.0) / volume.draw_step_mm);
     }
-    var inside_mm = along_ray(ray, i);
+    var inside_mm = min(along_ray(ray, i), ray.end_mm);
     var outside_mm = max(inside_mm - volume.draw_step_mm, ray.begin_mm);
     for (var k = 0; k < CUT_HALVINGS && i < count; k += 1) {
         let middle_mm = 0.5 * (inside_mm + outside_mm);
@@ -46,5 +56,5 @@ fn surface_slice(ray: ViewRay) -> Slice {
     }
     let p = ray.origin + inside_mm * ray.velocity;
     let color = classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r).rgb;
-    return Slice(vec4(color, 1.0), p, select(0.0, 1.0, i < count));
+    return SurfaceHit(color, select(0.0, 1.0, i < count), p);
 }

@@ -17,7 +17,7 @@
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
 #ifdef ISOSURFACE
-#import bevy_contextual_ao::isosurface::surface_slice
+#import bevy_contextual_ao::isosurface::surface_hit
 #endif
 #ifdef OCTANTS
 #import bevy_contextual_ao::{
@@ -79,13 +79,13 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
         ray.end_mm = min(ray.end_mm, dot(opaque_local - ray.near, ray.direction));
     }
 #endif
-    var pixel = Pixel(vec3(0.0), 0.0);
 #ifdef ISOSURFACE
-    let slice = surface_slice(ray);
-    if slice.steps > 0.0 {
-        pixel = accumulate(pixel, slice, ray.direction);
-    }
+    let hit = surface_hit(ray);
+    // No branch on a hit: behind it the shading's branches were on uniforms alone.
+    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p));
+    var pixel = Pixel(hit.alpha * color, hit.alpha);
 #else
+    var pixel = Pixel(vec3(0.0), 0.0);
     var march = begin_march(ray);
     while pixel.alpha < OPAQUE {
         let slice = next_slice(ray, &march);

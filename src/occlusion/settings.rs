@@ -155,7 +155,8 @@ impl Default for VolumeShading {
 pub enum ShadingMode {
     /// The transfer function's colour alone.
     Solid,
-    /// Blinn-Phong with a light at the camera; gradients of the clipped opacity.
+    /// Blinn-Phong with a light at the camera; normals from the clipped opacity, or from the distance field of an
+    /// isosurface that is drawn alone.
     Phong,
     /// Contextual ambient occlusion: only what a carver can have changed, and a view reads, is
     /// recomputed. Or the occlusion of another [`OcclusionMethod`].

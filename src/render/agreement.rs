@@ -7,7 +7,7 @@ use super::{
     brick_resources::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
     compute_pass::{ListEnd, WIDTH},
-    direct::SlicingUniform,
+    direct::SlicingData,
     filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
     screen_space::views::ScreenSpaceUniform,
@@ -56,8 +56,8 @@ fn rust_and_wgsl_agree() {
     assert_eq!(rust_layout::<FilteringData, 8>(), wgsl_layout(FILTERING, "Filtering"));
     assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
     assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(WINDOW, "Window"));
-    assert_eq!(rust_layout::<SlicingUniform, 9>(), wgsl_layout(SLICES, "Slicing"));
-    assert_eq!(rust_layout::<SweepingUniform, 9>(), wgsl_layout(SWEEPING, "Sweeping"));
+    assert_eq!(rust_layout::<SlicingData, 9>(), wgsl_layout(SLICES, "Slicing"));
+    assert_eq!(rust_layout::<SweepingUniform, 10>(), wgsl_layout(SWEEPING, "Sweeping"));
     assert_eq!(rust_layout::<SweepPlane, 3>(), wgsl_layout(SWEEP, "Plane"));
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),

@@ -16,9 +16,12 @@ fn clipped_opacity(voxel: vec3<u32>) -> f32 {
     return textureLoad(opacities, voxel, 0).r;
 }
 
+// The share of a voxel that is not clipped.
+fn coverage_of(voxel: vec3<u32>) -> f32 {
+    return clip_voxel(vec3<f32>(voxel), carvers_near_brick(voxel / 4u), true).coverage;
+}
+
 // Intensity as the texture gives it, as far as it is not clipped; `lowest` where it is.
 fn clipped_intensity(voxel: vec3<u32>, lowest: f32) -> f32 {
-    let near = carvers_near_brick(voxel / 4u);
-    let coverage = clip_voxel(vec3<f32>(voxel), near, true).coverage;
-    return mix(lowest, textureLoad(intensities, voxel, 0).r, coverage);
+    return mix(lowest, textureLoad(intensities, voxel, 0).r, coverage_of(voxel));
 }

@@ -6,17 +6,28 @@
 
 #import bevy_contextual_ao::volume_bindings::{edge_sampler, volume}
 
+// The way in through the face of the grid that a point lies on; 0 if it lies on none.
+fn inward_from_face(p: vec3<f32>) -> vec3<f32> {
+    let beyond = (abs(p - 0.5) - 0.5) * vec3<f32>(volume.dimensions);
+    let nearest = max(beyond.x, max(beyond.y, beyond.z));
+    let is_face = beyond == vec3(nearest) & vec3(nearest >= -0.1);
+    let face = select(vec3(0.0), -sign(p - 0.5), is_face);
+    return (transpose(volume.texture_from_local) * vec4(face, 0.0)).xyz;
+}
+
 #ifdef ISOSURFACE
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var surface: texture_3d<f32>;
 
-// Signed distance of a point from the surface, mm.
+// Signed distance of a point from the surface, mm; in a sheared grid no more than that.
 fn distance_from_surface(p: vec3<f32>) -> f32 {
     return textureSampleLevel(surface, edge_sampler, p, 0.0).w;
 }
 
 // The way into the surface, volume space, of any length.
 fn inward(p: vec3<f32>) -> vec3<f32> {
-    return -textureSampleLevel(surface, edge_sampler, p, 0.0).xyz;
+    // A solid that the end of the grid cuts faces that way, wherever its surface is nearest.
+    let face = inward_from_face(p);
+    return select(-textureSampleLevel(surface, edge_sampler, p, 0.0).xyz, face, dot(face, face) > 0.0);
 }
 #else
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;

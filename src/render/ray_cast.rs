@@ -109,7 +109,7 @@ impl RayCastPasses {
         [&self.cast, &self.counting, &self.progressive].iter().all(|pass| pass.is_ready(cache))
     }
 
-    /// `found` is where what rays find is added up, if they are cast in several frames; then `goes_on` says
+    /// Where rays are cast in several frames, and added up in the volume's `ray_sums`, `goes_on` says
     /// whether there are more of them.
     pub fn bind_volume(
         &self,

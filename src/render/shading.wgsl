@@ -1,5 +1,5 @@
 // How samples of a volume are lit: darkened by occlusion, and where asked for Blinn-Phong (CAO paper,
-// section 3.5) with gradients of the clipped opacity (V_o, 3D Sobel) and a light at the camera.
+// section 3.5) with surfaces turned as in `orientation` and a light at the camera.
 
 #define_import_path bevy_contextual_ao::shading
 

@@ -38,7 +38,7 @@ struct VolumeUniform {
     tests_all_carvers: u32,
     // 1: view rays leap over empty bricks.
     draw_leaps: u32,
-    // Intensities as the texture gives them: all below and all above are transparent.
+    // Intensities as the texture gives them: all below and all above are not drawn.
     visible_intensities: vec2<f32>,
     // Texture coordinates → those of the occlusion texture; voxels along each side of what has one factor.
     occlusion_from_texture: vec3<f32>,

@@ -21,6 +21,14 @@ impl Contents {
     pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
         Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
     }
+
+    /// Whether the transfer function is all that changed.
+    pub fn differs_in_table_alone(&self, new: &Self) -> bool {
+        self.table_revision != new.table_revision
+            && self.occlusion == new.occlusion
+            && self.coverage == new.coverage
+            && self.carvers == new.carvers
+    }
 }
 
 /// How far rays are that are cast in several frames.

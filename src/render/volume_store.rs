@@ -136,7 +136,7 @@ impl VolumeStore {
 
     /// Of a volume swept by an isovalue ([`SweepingSurface`](crate::occlusion::SweepingSurface)): the signed distance
     /// of every voxel from the surface, 32-bit floats, mm, x fastest; below 0 inside, 1e18 or -1e18 where
-    /// there is no surface.
+    /// there is no surface; as if the grid's axes were perpendicular.
     pub fn signed_distances(&self, volume: Entity) -> Option<&Buffer> {
         self.0.get(&MainEntity::from(volume))?.sweeping.as_ref()?.distances.as_ref()
     }

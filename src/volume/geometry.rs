@@ -56,6 +56,13 @@ impl VolumeGeometry {
         longest_stretch(self.local_from_voxel.matrix3)
     }
 
+    /// A lower bound of lengths over those that they had if the axes, of the same spacings, were perpendicular.
+    pub(crate) fn least_stretch(&self) -> f64 {
+        let DMat3 { x_axis, y_axis, z_axis } = self.local_from_voxel.matrix3;
+        let axes = [x_axis, y_axis, z_axis].map(DVec3::normalize);
+        longest_stretch(DMat3::from_cols(axes[0], axes[1], axes[2]).inverse()).recip()
+    }
+
     /// The 8 corners of the box that the voxels fill, volume space (mm): corner `k` is at the far
     /// end of grid axis `a` where bit `a` of `k` is set.
     pub fn corners(&self) -> [DVec3; 8] {

@@ -88,7 +88,7 @@ impl Buffers {
             numbers: device.create_buffer_with_data(&BufferInitDescriptor {
                 label: Some("contextual_ao_slice_numbers"),
                 contents: bytemuck::cast_slice(&numbers),
-                usage: BufferUsages::UNIFORM,
+                usage: BufferUsages::STORAGE,
             }),
         }
     }

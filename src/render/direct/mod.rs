@@ -26,7 +26,7 @@ use bevy::{
 
 pub(crate) use slices::DirectPasses;
 #[cfg(test)]
-pub(super) use slicing::SlicingUniform;
+pub(super) use slicing::SlicingData;
 
 use super::{DeviceSupport, formats::Formats, frame::are_timed_by_clock};
 

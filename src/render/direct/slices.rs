@@ -6,11 +6,11 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferBinding,
-            BufferSize, CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess, TextureSampleType,
-            TextureView, UniformBuffer,
+            BufferSize, CommandEncoder, PipelineCache, ShaderStages, StorageBuffer, StorageTextureAccess,
+            TextureSampleType, TextureView, UniformBuffer,
             binding_types::{
-                storage_buffer_sized, texture_2d, texture_depth_2d, texture_depth_2d_multisampled,
-                texture_storage_2d, uniform_buffer,
+                storage_buffer_read_only, storage_buffer_sized, texture_2d, texture_depth_2d,
+                texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -19,7 +19,7 @@ use bevy::{
 
 use super::{
     buffers::{Buffers, LIGHT_FORMAT, NUMBER_STRIDE},
-    slicing::SlicingUniform,
+    slicing::SlicingData,
 };
 use crate::render::{
     compute_pass::{ComputePass, PassDescriptor},
@@ -52,7 +52,7 @@ impl FromWorld for DirectPasses {
         let stages = ShaderStages::COMPUTE;
         let number_layout = BindGroupLayoutDescriptor::new(
             "contextual_ao_slice_number",
-            &BindGroupLayoutEntries::single(stages, uniform_buffer::<u32>(true)),
+            &BindGroupLayoutEntries::single(stages, storage_buffer_read_only::<u32>(true)),
         );
         let shader: Handle<Shader> = load_embedded_asset!(world, "slices.wgsl");
         let pass = |is_multisampled: bool| {
@@ -61,7 +61,7 @@ impl FromWorld for DirectPasses {
                 stages,
                 (
                     uniform_buffer::<WindowUniform>(false),
-                    uniform_buffer::<SlicingUniform>(false),
+                    storage_buffer_read_only::<SlicingData>(false),
                     storage_buffer_sized(false, None),
                     texture_2d(TextureSampleType::Float { filterable: true }),
                     texture_storage_2d(LIGHT_FORMAT, StorageTextureAccess::WriteOnly),
@@ -96,7 +96,7 @@ impl DirectPasses {
     pub(super) fn bind_slices(
         &self,
         window: &UniformBuffer<WindowUniform>,
-        slicing: &UniformBuffer<SlicingUniform>,
+        slicing: &StorageBuffer<SlicingData>,
         buffers: &Buffers,
         (depths, is_multisampled): (&TextureView, bool),
         cache: &PipelineCache,

@@ -35,7 +35,9 @@ struct Slicing {
 }
 
 @group(1) @binding(0) var<uniform> window: Window;
-@group(1) @binding(1) var<uniform> slicing: Slicing;
+// Not uniforms, as the slice's number: Mesa's software driver (22.3) overruns its memory where branches depend on a
+// fourth, those of the volume counted.
+@group(1) @binding(1) var<storage, read> slicing: Slicing;
 // Colour, premultiplied, and opacity so far, of every pixel of the window.
 @group(1) @binding(2) var<storage, read_write> eye: array<vec4<f32>>;
 // The share of the light that reaches this slice, and the next. A number is the sum of two channels, which
@@ -49,7 +51,7 @@ struct Slicing {
 @group(1) @binding(5) var opaque_depths: texture_depth_2d;
 #endif
 // Number of the slice.
-@group(2) @binding(0) var<uniform> slice: u32;
+@group(2) @binding(0) var<storage, read> slice: u32;
 
 fn store_light(texel: vec2<u32>, light: f32) {
     // As many digits as 16 bits keep.

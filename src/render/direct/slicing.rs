@@ -14,7 +14,7 @@ use crate::{
 
 /// The slices of a volume in a view, as `Slicing` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
-pub(crate) struct SlicingUniform {
+pub(crate) struct SlicingData {
     depth_from_local: Vec4,
     first_depth: f32,
     slice_depth: f32,
@@ -29,7 +29,7 @@ pub(crate) struct SlicingUniform {
 /// The slices, how many they are, and how far away the volume's centre is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slicing {
-    pub uniform: SlicingUniform,
+    pub data: SlicingData,
     pub count: u32,
     /// Along the view's axis.
     pub center_depth: f64,
@@ -72,7 +72,7 @@ impl Slicing {
         let half_size = 0.5 * window.viewport.as_dvec4().zw();
         let scale = DVec2::new(clip_from_view.x_axis.x, clip_from_view.y_axis.y);
         is_real.then(|| Self {
-            uniform: SlicingUniform {
+            data: SlicingData {
                 depth_from_local: depth_from_local.as_vec4(),
                 first_depth: first_depth as f32,
                 slice_depth: slice_depth as f32,
@@ -117,8 +117,7 @@ mod tests {
         let orthographic = Mat4::orthographic_rh(-20.0, 20.0, -10.0, 10.0, 200.0, 0.1);
         let slicing = |volume: DMat4, window| Slicing::new(&geometry, volume, &settings, &window);
         let before = slicing(DMat4::IDENTITY, window(orthographic)).expect("slices");
-        let SlicingUniform { first_depth, slice_depth, slice_mm, radius, pixels, clip_w, .. } =
-            before.uniform;
+        let SlicingData { first_depth, slice_depth, slice_mm, radius, pixels, clip_w, .. } = before.data;
         assert_eq!((first_depth, slice_depth, slice_mm, before.count), (90.0, 2.0, 2.0, 11));
         assert!(
             (radius - 2.0).abs() < 1e-6 && pixels.abs_diff_eq(Vec2::splat(5.0), 1e-5),
@@ -127,8 +126,8 @@ mod tests {
         assert!(clip_w.abs_diff_eq(Vec2::Y, 1e-6));
         let perspective = Mat4::perspective_infinite_reverse_rh(1.0, 2.0, 95.0);
         let within = slicing(DMat4::IDENTITY, window(perspective)).expect("slices");
-        assert_eq!((within.uniform.first_depth, within.count), (96.0, 8));
-        assert!(within.uniform.clip_w.abs_diff_eq(Vec2::X, 1e-6));
+        assert_eq!((within.data.first_depth, within.count), (96.0, 8));
+        assert!(within.data.clip_w.abs_diff_eq(Vec2::X, 1e-6));
         let behind = DMat4::from_translation(DVec3::new(0.0, 0.0, 150.0));
         assert_eq!(slicing(behind, window(perspective)), None);
     }

@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
     render::{
         camera::ExtractedCamera,
-        render_resource::{PipelineCache, SpecializedRenderPipelines, UniformBuffer},
+        render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
         renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue, ViewQuery},
         view::{ExtractedView, ViewTarget, ViewUniformOffset},
     },
@@ -135,7 +135,7 @@ impl Passes<'_> {
         let depths = (prepass.depth_view()?, msaa.samples() > 1);
         let mut window = UniformBuffer::from(shown.window);
         window.write_buffer(device, queue);
-        let mut slicing = UniformBuffer::from(shown.slicing.uniform);
+        let mut slicing = StorageBuffer::from(shown.slicing.data);
         slicing.write_buffer(device, queue);
         let tonemapping = tonemapping.copied();
         let key = CompositeKey {

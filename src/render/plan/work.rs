@@ -126,7 +126,12 @@ impl VolumeResources {
         } else {
             Computed::Nothing
         };
-        let before = if changes.is_some() { Computed::Nothing } else { state.computed };
+        // Neither a surface at an isovalue nor what it occludes depends on the transfer function.
+        let keeps_surface = self.sweeping.as_ref().is_some_and(|sweeping| sweeping.distances.is_some())
+            && !mode.recomputes_all()
+            && state.contents.as_ref().is_some_and(|old| old.differs_in_table_alone(&contents));
+        let is_stale = changes.is_some() && !keeps_surface;
+        let before = if is_stale { Computed::Nothing } else { state.computed };
         let computes = if needed > before { needed } else { Computed::Nothing };
         let pass = OcclusionPassUniform {
             lists_all: (is_all_stale || !shortcuts.lists).into(),

@@ -6,7 +6,7 @@
 // that the jitter of view rays does not show as noise.
 
 #import bevy_contextual_ao::{
-    orientation::inward,
+    orientation::{inward, inward_from_face},
     screen_space::{Surface, pack_surface, unpack_surface},
     view_ray::{OPAQUE, ViewRay, begin_march, is_visible_at, next_slice, view_ray},
     volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, volume},
@@ -65,11 +65,8 @@ fn surface_along(ray: ViewRay) -> f32 {
 fn normal_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
     let p = place_at(ray, along_mm);
     // A surface that the end of the grid cuts faces that way, whatever its opacities do.
-    let beyond = (abs(p - 0.5) - 0.5) * vec3<f32>(volume.dimensions);
-    let nearest = max(beyond.x, max(beyond.y, beyond.z));
-    let face = select(vec3(0.0), -sign(p - 0.5), beyond == vec3(nearest));
-    var gradient = (transpose(volume.texture_from_local) * vec4(face, 0.0)).xyz;
-    if nearest < -0.1 {
+    var gradient = inward_from_face(p);
+    if dot(gradient, gradient) <= 0.0 {
         gradient = inward(p);
     }
     if dot(gradient, gradient) < 1e-8 {

@@ -3,10 +3,11 @@
 //
 // Along an edge of the grid the surface is where intensities cross the isovalue, linear between voxels. Where
 // it crosses edges along several axes, it is taken for the plane through the nearest crossing along each: that
-// is 1 / sqrt(1/x² + 1/y² + 1/z²) away.
+// is 1 / sqrt(1/x² + 1/y² + 1/z²) away. A voxel of which carvers left less than half, and nothing more next to
+// it, is on the surface: so that a thin remainder is not lost.
 
 #import bevy_contextual_ao::{
-    density::clipped_intensity,
+    density::{clipped_intensity, coverage_of},
     sweeping::{FAR, sweeping},
     volume_bindings::{intensities, volume, voxel_index},
 }
@@ -24,6 +25,13 @@ fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
         let clipped = clipped_intensity(voxel, outside);
         differences[voxel_index(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
     }
+}
+
+// Whether something is left of a voxel that is inside but for carvers. No branch may depend on the settings: Mesa's
+// software driver (22.3) overruns its stack where one depends on a fourth uniform, those of the volume counted.
+fn is_remainder(voxel: vec3<u32>) -> bool {
+    let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
+    return (sweeping.side * difference > 0.0) & (coverage_of(voxel) > 0.0);
 }
 
 // Share of the way from a voxel to the nearer crossing along an axis; 2 if there is none.
@@ -54,7 +62,10 @@ fn initialize_distances(@builtin(global_invocation_id) voxel: vec3<u32>) {
         let distances_mm = max(ways, vec3(1e-6)) * sweeping.spacing_mm;
         let closeness = select(1.0 / (distances_mm * distances_mm), vec3(0.0), ways > vec3(1.5));
         let sum = closeness.x + closeness.y + closeness.z;
-        let distance_mm = select(FAR, inverseSqrt(max(sum, 1e-30)), sum > 0.0);
+        var distance_mm = select(FAR, inverseSqrt(max(sum, 1e-30)), sum > 0.0);
+        if all(ways > vec3(1.5)) && here <= 0.0 {
+            distance_mm = select(distance_mm, 0.0, is_remainder(voxel));
+        }
         signed_distances[index] = select(distance_mm, -distance_mm, here > 0.0);
     }
 }

@@ -97,13 +97,14 @@ impl FromWorld for SweepPasses {
             )
         };
         let surface = [
+            settings,
             storage_buffer_read_only_sized(false, None).build(DISTANCES, stages),
             texture_storage_3d(SURFACE_FORMAT, StorageTextureAccess::WriteOnly).build(SURFACE, stages),
         ];
         let [faces, found, distances] = [FACES, FOUND, DISTANCES].map(written);
         Self {
             measure_differences: initialize("measure_differences", &[settings, coverage, found]),
-            initialize_distances: initialize("initialize_distances", &[settings, found, distances]),
+            initialize_distances: initialize("initialize_distances", &[settings, coverage, found, distances]),
             sweep_opacities: sweep(&["LIGHT"], &[opacities, settings, plane, faces, found]),
             sweep_isosurface: sweep(&["LIGHT", "DISTANCES"], &[settings, plane, faces, found, distances]),
             sweep_distances_alone: sweep(&["DISTANCES"], &[settings, plane, distances]),
@@ -190,8 +191,8 @@ impl SweepPasses {
             }
             Some(distances) => {
                 let distances = (DISTANCES, distances.as_entire_binding());
-                let measured = [settings.clone(), coverage, found.clone()];
-                let initialized = [settings.clone(), found.clone(), distances.clone()];
+                let measured = [settings.clone(), coverage.clone(), found.clone()];
+                let initialized = [settings.clone(), coverage, found.clone(), distances.clone()];
                 let isosurface = [
                     bind(&self.measure_differences, &measured),
                     bind(&self.initialize_distances, &initialized),
@@ -214,12 +215,12 @@ impl SweepPasses {
             sweep: swept,
             dispatches: sweeping.sweeps(what != Swept::Opacities).collect(),
             keeps_octants: sweeping.keeps_octants,
-            collect: bind(collect, &[settings, found, occlusion]),
+            collect: bind(collect, &[settings.clone(), found, occlusion]),
             surface: sweeping.distances.as_ref().zip(sweeping.surface.as_ref()).map(
                 |(distances, surface)| {
                     let distances = (DISTANCES, distances.as_entire_binding());
                     let surface = (SURFACE, BindingResource::TextureView(&surface.view));
-                    bind(&self.collect_surface, &[distances, surface])
+                    bind(&self.collect_surface, &[settings.clone(), distances, surface])
                 },
             ),
         })
@@ -241,7 +242,9 @@ impl SweepPasses {
             self.measure_differences.encode(encoder, [volume, measured], voxels, cache);
             self.initialize_distances.encode(encoder, [volume, initialized], voxels, cache);
         }
-        encoder.clear_buffer(&job.found, 0, None);
+        if job.what != Swept::DistancesAlone {
+            encoder.clear_buffer(&job.found, 0, None);
+        }
         let sweep = match job.what {
             Swept::Opacities => &self.sweep_opacities,
             Swept::Isosurface => &self.sweep_isosurface,

@@ -15,7 +15,7 @@ use bevy::{
 use super::planes::{SweepPlane, TILE, planes, tile_counts};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{OcclusionMethod, OcclusionSweeping, SweepingSurface},
+    occlusion::{AmbientOcclusion, OcclusionMethod, OcclusionSweeping, SweepingSurface},
     render::{
         OcclusionTexels,
         extract::ExtractedVolume,
@@ -40,6 +40,7 @@ pub(crate) struct SweepingUniform {
     isovalue: f32,
     side: f32,
     keeps_octants: u32,
+    least_stretch: f32,
 }
 
 /// Buffers of one volume.
@@ -96,19 +97,18 @@ impl SweepResources {
         keeps_octants: bool,
         device: &RenderDevice,
     ) -> Option<Self> {
-        let voxels = dimensions.as_u64vec3().element_product();
-        let tiles = tile_counts(dimensions);
-        let columns = (tiles * TILE).as_u64vec3();
-        let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
-        let found = if keeps_octants { 8 } else { 4 } * voxels;
-        let most = largest_storage_buffer(device);
-        if found > most {
+        let [faces, found] = bytes_needed(dimensions, keeps_octants);
+        if !holds(dimensions, keeps_octants, device) {
             warn_once!(
-                "occlusion sweeping of {dimensions} voxels needs {found} bytes in a buffer, the device allows \
-                 {most}: they are drawn without occlusion"
+                "occlusion sweeping of {dimensions} voxels needs {} bytes in a buffer, the device allows \
+                 {}: they are drawn without occlusion",
+                faces.max(found),
+                largest_storage_buffer(device)
             );
             return None;
         }
+        let voxels = dimensions.as_u64vec3().element_product();
+        let tiles = tile_counts(dimensions);
         let buffer = |label, size| {
             device.create_buffer(&BufferDescriptor {
                 label: Some(label),
@@ -124,7 +124,7 @@ impl SweepResources {
             uniform: default(),
             planes: uniforms,
             dispatches,
-            faces: buffer("contextual_ao_sweep_faces", 4 * faces),
+            faces: buffer("contextual_ao_sweep_faces", faces),
             found: buffer("contextual_ao_sweep_found", found),
             distances: settings
                 .surface
@@ -168,11 +168,24 @@ impl SweepResources {
 }
 
 /// Whether a surface of a volume of so many voxels is drawn alone.
-pub(crate) fn draws_isosurface(method: &OcclusionMethod, voxels: UVec3, device: &RenderDevice) -> bool {
-    let OcclusionMethod::Sweeping(settings) = method else {
+pub(crate) fn draws_isosurface(occlusion: &AmbientOcclusion, voxels: UVec3, device: &RenderDevice) -> bool {
+    let OcclusionMethod::Sweeping(settings) = &occlusion.method else {
         return false;
     };
-    wants_isosurface(settings) && 4 * voxels.as_u64vec3().element_product() <= largest_storage_buffer(device)
+    let keeps_octants = OcclusionTexels::of(occlusion, voxels, device) == OcclusionTexels::Octants;
+    wants_isosurface(settings) && holds(voxels, keeps_octants, device)
+}
+
+/// Bytes of `faces` and of `found`: no buffer is larger.
+fn bytes_needed(dimensions: UVec3, keeps_octants: bool) -> [u64; 2] {
+    let columns = (tile_counts(dimensions) * TILE).as_u64vec3();
+    let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
+    let found = if keeps_octants { 8 } else { 4 } * dimensions.as_u64vec3().element_product();
+    [4 * faces, found]
+}
+
+fn holds(dimensions: UVec3, keeps_octants: bool, device: &RenderDevice) -> bool {
+    bytes_needed(dimensions, keeps_octants).iter().all(|bytes| *bytes <= largest_storage_buffer(device))
 }
 
 fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
@@ -207,5 +220,6 @@ fn uniform(
         isovalue: isovalue.clamp(-2.0, 2.0) as f32,
         side: side as f32,
         keeps_octants: keeps_octants.into(),
+        least_stretch: volume.geometry.least_stretch() as f32,
     }
 }

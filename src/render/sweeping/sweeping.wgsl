@@ -21,6 +21,8 @@ struct Sweeping {
     side: f32,
     // 1: what every octant sees is kept, not their mean.
     keeps_octants: u32,
+    // A lower bound of lengths over those that they had if the axes were perpendicular.
+    least_stretch: f32,
 }
 
 // Of a voxel without a distance yet, mm.
