@@ -110,7 +110,7 @@ struct Instead {
     #[arg(long)]
     filtering: bool,
     /// Speed against accuracy of every occlusion method: chart.csv, and charts of carve frames, frames at rest
-    /// and frames after an edit of the transfer function (20 minutes on a software driver).
+    /// and frames after an edit of the transfer function (35 minutes on a software driver, 10 with --quick).
     #[arg(long)]
     chart: bool,
     /// Draws the charts again from a chart.csv.
