@@ -31,9 +31,9 @@ fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
 fn surface_hit(ray: ViewRay) -> SurfaceHit {
     // The last sample is where the ray ends.
     let count = select(0u, begin_march(ray).count + 1u, ray.begin_mm < ray.end_mm);
-    // A visible point that is inside has a voxel within a cell's diagonal that the field has on the surface, or
-    // next to it; two diagonals (a brick's radius) are more than both and the quarter above.
-    let margin_mm = volume.brick_radius_mm;
+    // A visible point that is inside has a voxel within a cell's diagonal that the field has on the surface or
+    // inside, or next to such a one: two diagonals, which is a brick's radius, and the quarter above.
+    let margin_mm = 1.25 * volume.brick_radius_mm;
     var i = 0u;
     while i < count {
         let along_mm = min(along_ray(ray, i), ray.end_mm);

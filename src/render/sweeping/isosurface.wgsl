@@ -3,11 +3,10 @@
 //
 // Along an edge of the grid the surface is where intensities cross the isovalue, linear between voxels. Where
 // it crosses edges along several axes, it is taken for the plane through the nearest crossing along each: that
-// is 1 / sqrt(1/x² + 1/y² + 1/z²) away. A voxel of which carvers left less than half, and nothing more next to
-// it, is on the surface: so that a thin remainder is not lost.
+// is 1 / sqrt(1/x² + 1/y² + 1/z²) away. A thin remainder is on the surface, so that it is not lost.
 
 #import bevy_contextual_ao::{
-    density::{clipped_intensity, coverage_of},
+    density::coverage_of,
     sweeping::{FAR, sweeping},
     volume_bindings::{intensities, volume, voxel_index},
 }
@@ -16,22 +15,36 @@
 @group(1) @binding(6) var<storage, read_write> signed_distances: array<f32>;
 
 // How far the intensity of every voxel is inside. What is clipped goes over to the same distance outside, so
-// that the surface of a cut is where half of a voxel is clipped.
+// that the surface of a cut is where half of a voxel is clipped. The lowest bit says whether it would be inside and
+// something of it is left. Without branches, here and below, on the settings: Mesa's software driver (22.3) overruns
+// its stack where one depends on a fourth uniform, those of the volume counted.
 @compute @workgroup_size(4, 4, 4)
 fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
     if all(voxel < volume.dimensions) {
-        let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
-        let outside = sweeping.isovalue - sweeping.side * abs(difference);
-        let clipped = clipped_intensity(voxel, outside);
-        differences[voxel_index(voxel)] = sweeping.side * (clipped - sweeping.isovalue);
+        let inside = sweeping.side * (textureLoad(intensities, voxel, 0).r - sweeping.isovalue);
+        let coverage = coverage_of(voxel);
+        let difference = inside * select(1.0, 2.0 * coverage - 1.0, inside > 0.0);
+        let is_left = (inside > 0.0) & (coverage > 0.0);
+        let bits = (bitcast<u32>(difference) & ~1u) | select(0u, 1u, is_left);
+        differences[voxel_index(voxel)] = bitcast<f32>(bits);
     }
 }
 
-// Whether something is left of a voxel that is inside but for carvers. No branch may depend on the settings: Mesa's
-// software driver (22.3) overruns its stack where one depends on a fourth uniform, those of the volume counted.
-fn is_remainder(voxel: vec3<u32>) -> bool {
-    let difference = textureLoad(intensities, voxel, 0).r - sweeping.isovalue;
-    return (sweeping.side * difference > 0.0) & (coverage_of(voxel) > 0.0);
+// Whether carvers left something of a voxel, less than half, and no more of any voxel around it. A flat cut goes
+// by none such: coverage is that of a box two voxels wide, whose far corner is a voxel's centre.
+fn is_remainder(voxel: vec3<u32>, here: f32) -> bool {
+    if here > 0.0 || (bitcast<u32>(here) & 1u) == 0u {
+        return false;
+    }
+    var most = 0.0;
+    for (var k = 0u; k < 27u; k += 1u) {
+        // Below 0 it wraps round, to what is no voxel either.
+        let neighbor = voxel + vec3(k % 3u, (k / 3u) % 3u, k / 9u) - 1u;
+        if all(neighbor < volume.dimensions) {
+            most = max(most, differences[voxel_index(neighbor)]);
+        }
+    }
+    return most <= 0.0;
 }
 
 // Share of the way from a voxel to the nearer crossing along an axis; 2 if there is none.
@@ -63,8 +76,8 @@ fn initialize_distances(@builtin(global_invocation_id) voxel: vec3<u32>) {
         let closeness = select(1.0 / (distances_mm * distances_mm), vec3(0.0), ways > vec3(1.5));
         let sum = closeness.x + closeness.y + closeness.z;
         var distance_mm = select(FAR, inverseSqrt(max(sum, 1e-30)), sum > 0.0);
-        if all(ways > vec3(1.5)) && here <= 0.0 {
-            distance_mm = select(distance_mm, 0.0, is_remainder(voxel));
+        if is_remainder(voxel, here) {
+            distance_mm = 0.0;
         }
         signed_distances[index] = select(distance_mm, -distance_mm, here > 0.0);
     }

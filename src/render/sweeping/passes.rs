@@ -104,7 +104,7 @@ impl FromWorld for SweepPasses {
         let [faces, found, distances] = [FACES, FOUND, DISTANCES].map(written);
         Self {
             measure_differences: initialize("measure_differences", &[settings, coverage, found]),
-            initialize_distances: initialize("initialize_distances", &[settings, coverage, found, distances]),
+            initialize_distances: initialize("initialize_distances", &[settings, found, distances]),
             sweep_opacities: sweep(&["LIGHT"], &[opacities, settings, plane, faces, found]),
             sweep_isosurface: sweep(&["LIGHT", "DISTANCES"], &[settings, plane, faces, found, distances]),
             sweep_distances_alone: sweep(&["DISTANCES"], &[settings, plane, distances]),
@@ -191,8 +191,8 @@ impl SweepPasses {
             }
             Some(distances) => {
                 let distances = (DISTANCES, distances.as_entire_binding());
-                let measured = [settings.clone(), coverage.clone(), found.clone()];
-                let initialized = [settings.clone(), coverage, found.clone(), distances.clone()];
+                let measured = [settings.clone(), coverage, found.clone()];
+                let initialized = [settings.clone(), found.clone(), distances.clone()];
                 let isosurface = [
                     bind(&self.measure_differences, &measured),
                     bind(&self.initialize_distances, &initialized),
