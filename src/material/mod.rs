@@ -25,7 +25,7 @@ pub(crate) struct VolumeMaterialPlugin;
 impl Plugin for VolumeMaterialPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "octants.wgsl");
-        load_shader_library!(app, "isosurface.wgsl");
+        load_shader_library!(app, "surface_ray.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_plugins(MaterialPlugin::<VolumeMaterial>::default()).add_systems(
             PostUpdate,

@@ -17,7 +17,7 @@
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
 #ifdef ISOSURFACE
-#import bevy_contextual_ao::isosurface::surface_hit
+#import bevy_contextual_ao::surface_ray::surface_hit
 #endif
 #ifdef OCTANTS
 #import bevy_contextual_ao::{

@@ -3,7 +3,7 @@
 // has nothing around a sample, the ray leaps to the first one beyond (sphere tracing, Hart 1996). It only leaves
 // out samples: what they find is the intensities' and the carvers', not the field's.
 
-#define_import_path bevy_contextual_ao::isosurface
+#define_import_path bevy_contextual_ao::surface_ray
 
 #import bevy_contextual_ao::{
     orientation::distance_from_surface,
