@@ -42,13 +42,13 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, DirectOcclusion, OcclusionFiltering, OcclusionMethod, OcclusionResolution,
-            OcclusionSweeping, ProgressiveRays, RayPattern, ScreenSpaceOcclusion, ShadingMode, Shortcuts,
-            Sky, VolumeShading,
+            AmbientOcclusion, DirectOcclusion, OcclusionFailed, OcclusionFiltering, OcclusionMethod,
+            OcclusionResolution, OcclusionSweeping, ProgressiveRays, RayPattern, ScreenSpaceOcclusion,
+            ShadingMode, Shortcuts, Sky, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
-            VolumeFailed, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
+            VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
         },
     };
 }

@@ -2,7 +2,11 @@
 
 use bevy::{
     prelude::*,
-    render::{RenderApp, render_resource::WgpuLimits, renderer::RenderDevice},
+    render::{
+        RenderApp,
+        render_resource::WgpuLimits,
+        renderer::{RenderAdapter, RenderDevice},
+    },
 };
 
 use crate::{
@@ -10,7 +14,7 @@ use crate::{
     diagnostics::{CountWork, RenderStatus, ReportChannel, SweepDistancesAlone, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
-    render::{DeviceSupport, OcclusionRenderPlugin},
+    render::{DeviceSupport, Formats, OcclusionRenderPlugin},
     volume::{OcclusionProgress, VolumeOccluded, VolumePlugin},
 };
 
@@ -47,6 +51,10 @@ impl Plugin for ContextualAoPlugin {
         if let Err(lacking) = check_limits(&device.limits()) {
             warn!("ContextualAoPlugin: volumes are not drawn, the graphics device lacks {lacking}");
             return;
+        }
+        if let Some(adapter) = app.world().get_resource::<RenderAdapter>() {
+            let stored = Formats::new(device, adapter).stored_bytes();
+            app.insert_resource(stored);
         }
         app.insert_resource(DeviceSupport);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {

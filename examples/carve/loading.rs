@@ -5,7 +5,10 @@ use bevy::{
     camera::primitives::Aabb,
     prelude::*,
 };
-use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
+};
 use bevy_panorbit_camera::PanOrbitCamera;
 use std::path::{Path, PathBuf};
 
@@ -79,7 +82,7 @@ fn open(
         bundle = bundle.with_transfer_function(assets.load(function));
     }
     // The box of the volume would catch every drag of a cutter inside it.
-    commands.spawn((bundle, Pickable::IGNORE));
+    commands.spawn(bundle);
 }
 
 /// The place of a file given relative to the working directory.
@@ -91,7 +94,7 @@ fn outside_assets(file: &Path) -> AssetPath<'static> {
 /// The box around a volume, in the world.
 pub fn bounds(volume: &Volume, transform: &Transform) -> Option<Aabb> {
     let corners = VolumeGeometry::of(volume).corners();
-    Aabb::enclosing(corners.map(|corner| transform.transform_point(corner.as_vec3())))
+    Aabb::enclosing(corners.map(|corner| transform.transform_point(corner.as_vec3() * WORLD_UNITS_PER_MM)))
 }
 
 /// Describes the volume, and shows all of it.
@@ -167,9 +170,7 @@ fn note_failure(
     mut functions: Query<&mut VolumeTransferFunction>,
     mut shown: ResMut<Shown>,
 ) {
-    error!("{}", failed.error);
-    // What follows the first line is where in the code it went wrong.
-    let error = failed.error.lines().next().unwrap_or_default().to_owned();
+    let error = failed.reason.to_string();
     if !shown.errors.contains(&error) {
         shown.errors.push(error);
     }

@@ -70,7 +70,7 @@ fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
         ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
     }
     ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
-    ui.add(Slider::new(&mut new.step_mm, STEP_MM).logarithmic(true).text("step, mm"));
+    ui.add(Slider::new(new.step_mm.get_or_insert(1.0), STEP_MM).logarithmic(true).text("step, mm"));
     let mut is_half = new.resolution == OcclusionResolution::Half;
     ui.checkbox(&mut is_half, "half resolution");
     new.resolution = if is_half { OcclusionResolution::Half } else { OcclusionResolution::Full };
@@ -129,7 +129,9 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
         ui.selectable_value(&mut filtering.density, DensitySource::Opacity, "opacity");
         ui.selectable_value(&mut filtering.density, DensitySource::Intensity, "intensity");
     });
-    ui.add(Slider::new(&mut filtering.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
+    ui.add(
+        Slider::new(filtering.radius_mm.get_or_insert(10.0), RADIUS_MM).logarithmic(true).text("radius, mm"),
+    );
     ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
     let threshold = match filtering.modulation {
         OpacityModulation::None => 0.05,
@@ -150,8 +152,8 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
 
 fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion) {
     ui.add(Slider::new(&mut screen.opacity_threshold, 0.01..=1.0).text("opacity threshold"));
-    ui.add(Slider::new(&mut screen.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
-    ui.add(Slider::new(&mut screen.bias_mm, 0.0..=5.0).text("bias, mm"));
+    ui.add(Slider::new(screen.radius_mm.get_or_insert(20.0), RADIUS_MM).logarithmic(true).text("radius, mm"));
+    ui.add(Slider::new(screen.bias_mm.get_or_insert(0.5), 0.0..=5.0).text("bias, mm"));
     let samples = 1..=ScreenSpaceOcclusion::MOST_SAMPLES;
     ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
     ui.checkbox(&mut screen.blur, "blur");

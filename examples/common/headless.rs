@@ -97,7 +97,7 @@ impl Headless {
                 RenderErrorPolicy::StopRendering
             }))
             .add_observer(|failed: On<VolumeFailed>, mut failures: ResMut<Failures>| {
-                failures.0.push(failed.error.clone());
+                failures.0.push(failed.reason.to_string());
             });
         setup(&mut app);
         while app.plugins_state() == PluginsState::Adding {

@@ -38,8 +38,8 @@ pub struct SceneOptions {
     #[arg(long, default_value_t = AmbientOcclusion::default().steps)]
     pub steps: u32,
     /// Distance between them, mm.
-    #[arg(long, default_value_t = AmbientOcclusion::default().step_mm)]
-    pub step_mm: f32,
+    #[arg(long)]
+    pub step_mm: Option<f32>,
     /// Width and height of the image, pixels.
     #[arg(long, default_value = "800x800", value_parser = parse_size)]
     pub size: UVec2,

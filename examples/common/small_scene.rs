@@ -66,7 +66,7 @@ pub fn translucent_ramp() -> TransferFunction {
 
 /// Few and short rays: quick on a software driver.
 pub fn few_rays() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: 1.0, ..default() }
+    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: Some(1.0), ..default() }
 }
 
 /// A headless app with one volume and a camera.

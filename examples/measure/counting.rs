@@ -115,7 +115,7 @@ impl CountingScene {
             occlusion: AmbientOcclusion {
                 pattern: RayPattern::Rubik54,
                 steps: recipe.steps,
-                step_mm,
+                step_mm: Some(step_mm),
                 ..default()
             },
             shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },

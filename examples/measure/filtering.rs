@@ -80,7 +80,7 @@ fn set_radius(stage: &mut Stage, estimate: DensityEstimate, radius: u32) {
     let settings = OcclusionFiltering {
         estimate,
         density: DensitySource::Intensity,
-        radius_mm: radius as f32 * stage.scene.voxel_mm,
+        radius_mm: Some(radius as f32 * stage.scene.voxel_mm),
         ..Default::default()
     };
     let volume = stage.scene.volume;

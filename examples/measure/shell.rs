@@ -36,7 +36,7 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
         occlusion: AmbientOcclusion {
             pattern: RayPattern::Fibonacci(26),
             steps: 20,
-            step_mm: spacing_mm,
+            step_mm: Some(spacing_mm),
             ..default()
         },
         shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },

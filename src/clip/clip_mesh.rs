@@ -83,6 +83,16 @@ pub struct ClipMeshCutOff {
     pub gets_layers: u32,
 }
 
+/// The place of a carver in the order in which carvers were spawned, lowest first. Entities have no such order.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct SpawnOrder(u64);
+
+/// Numbers carvers when they come.
+pub(super) fn number_carvers(came: On<Add, ClipMesh>, mut commands: Commands, mut last: Local<u64>) {
+    *last += 1;
+    commands.entity(came.entity).try_insert(SpawnOrder(*last));
+}
+
 /// Warns of it, naming the mesh's file where there is one.
 pub(super) fn warn_of_cut_off(cut_off: On<ClipMeshCutOff>, asset_server: Option<Res<AssetServer>>) {
     let ClipMeshCutOff { entity, mesh, has_layers, gets_layers } = cut_off.event();

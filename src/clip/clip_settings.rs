@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::{ClipMesh, MAX_CARVERS};
+use crate::volume::{BytesTaken, VolumeBudget};
 
 /// Layers in the texture arrays of all carvers together: as many as wgpu guarantees.
 pub(crate) const MAX_LAYERS: u32 = 256;
@@ -55,17 +56,16 @@ pub enum CoverageRule {
 ///
 /// Known in the main world: textures and what binds them follow the same number.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ClipCapacity(pub u32);
-
-impl ClipCapacity {
-    fn for_layers(count: u32) -> Self {
-        Self(count.clamp(1, MAX_LAYERS).next_power_of_two())
-    }
+pub(crate) struct ClipCapacity {
+    /// Layers in each array.
+    pub layers: u32,
+    /// The most that the budget allows.
+    pub most: u32,
 }
 
 impl Default for ClipCapacity {
     fn default() -> Self {
-        Self::for_layers(0)
+        Self { layers: 1, most: MAX_LAYERS }
     }
 }
 
@@ -73,12 +73,32 @@ impl Default for ClipCapacity {
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct LayersWanted(pub u32);
 
-/// Makes room for a layer per carver, and for more where they are known to need them.
+/// Bytes of the depth and dilation maps of one layer, and of what all share: depth maps have 8 bytes a texel,
+/// dilation maps 16 for 8x8 texels; two surfaces and a count have 4 bytes a texel each, tiles 16 for 16x16 texels,
+/// and peeling more than one layer takes 12 bytes a texel.
+fn map_bytes(settings: &ClipSettings, peels: bool) -> [u64; 2] {
+    let size = u64::from(settings.depth_map_size).max(16).next_multiple_of(16);
+    let texels = size * size;
+    let peeling = if peels { 12 * texels } else { 0 };
+    [8 * texels + texels / 4, 12 * texels + texels / 16 + peeling]
+}
+
+/// Makes room for a layer per carver, and for more where they are known to need them, as far as the budget allows.
 pub(super) fn update_capacity(
     carvers: Query<(), With<ClipMesh>>,
     wanted: Res<LayersWanted>,
+    settings: Res<ClipSettings>,
+    budget: Res<VolumeBudget>,
+    mut taken: ResMut<BytesTaken>,
     mut capacity: ResMut<ClipCapacity>,
 ) {
     let carvers = carvers.iter().len().min(MAX_CARVERS) as u32;
-    capacity.set_if_neq(ClipCapacity::for_layers(carvers.max(wanted.0)));
+    let [of_layer, shared] = map_bytes(&settings, wanted.0 > carvers);
+    let spare = budget.most_bytes.saturating_sub(taken.by_volumes + taken.by_methods + shared);
+    let most = (spare / of_layer.max(1)).clamp(1, MAX_LAYERS.into()) as u32;
+    // The largest power of two that fits.
+    let most = 1 << most.ilog2();
+    let layers = carvers.max(wanted.0).clamp(1, MAX_LAYERS).next_power_of_two().min(most);
+    capacity.set_if_neq(ClipCapacity { layers, most });
+    taken.set_if_neq(BytesTaken { by_carvers: u64::from(layers) * of_layer + shared, ..*taken });
 }

@@ -4,13 +4,18 @@ mod clip_camera;
 mod clip_mesh;
 mod clip_settings;
 mod pose;
+mod relative_pose;
 
 use bevy::{asset::AssetEventSystems, prelude::*};
 
+use crate::volume::VolumeSystems;
+
 pub use clip_camera::{ClipCamera, ClipFrame, DilationFrame};
+pub(crate) use clip_mesh::SpawnOrder;
 pub use clip_mesh::{ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipTargets, MAX_CARVERS};
 pub(crate) use clip_settings::{ClipCapacity, LayersWanted, MAX_LAYERS};
 pub use clip_settings::{ClipSettings, CoverageRule};
+pub(crate) use relative_pose::RelativePoses;
 
 /// Where the room for the clip maps is decided: whatever binds them comes after.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -25,10 +30,11 @@ impl Plugin for ClipPlugin {
             .init_resource::<ClipCapacity>()
             .init_resource::<LayersWanted>()
             .add_observer(clip_mesh::warn_of_cut_off)
+            .add_observer(clip_mesh::number_carvers)
             .add_systems(
                 PostUpdate,
                 (
-                    clip_settings::update_capacity.in_set(ClipCapacitySystems),
+                    clip_settings::update_capacity.in_set(ClipCapacitySystems).before(VolumeSystems::Bake),
                     (pose::pose_meshes, pose::remove_poses)
                         .after(TransformSystems::Propagate)
                         .before(AssetEventSystems),

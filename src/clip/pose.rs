@@ -4,6 +4,7 @@
 //! in the carver's own space, and with their bounds, so they are deformed here.
 
 use bevy::{
+    math::DMat4,
     mesh::{
         MeshVertexAttribute, VertexAttributeValues,
         morph::{MeshMorphWeights, MorphWeights},
@@ -12,7 +13,7 @@ use bevy::{
     prelude::*,
 };
 
-use super::{ClipMesh, ClipMeshFailed};
+use super::{ClipMesh, ClipMeshFailed, RelativePoses};
 
 /// A deformed copy of a clip mesh, for its clip camera.
 #[derive(Component)]
@@ -73,17 +74,10 @@ type Deforms = Or<(With<SkinnedMesh>, With<MeshMorphWeights>)>;
 pub(super) fn pose_meshes(
     mut commands: Commands,
     mut carvers: Query<
-        (
-            Entity,
-            &Mesh3d,
-            &GlobalTransform,
-            Option<&SkinnedMesh>,
-            Option<&MeshMorphWeights>,
-            Option<&mut PosedMesh>,
-        ),
+        (Entity, &Mesh3d, Option<&SkinnedMesh>, Option<&MeshMorphWeights>, Option<&mut PosedMesh>),
         (With<ClipMesh>, Deforms),
     >,
-    joints: Query<&GlobalTransform>,
+    poses: RelativePoses,
     morphs: Query<&MorphWeights>,
     bindposes: Res<Assets<SkinnedMeshInverseBindposes>>,
     mut events: MessageReader<AssetEvent<Mesh>>,
@@ -93,9 +87,9 @@ pub(super) fn pose_meshes(
         .read()
         .filter_map(|event| if let AssetEvent::Modified { id } = event { Some(*id) } else { None })
         .collect();
-    for (entity, base, transform, skin, morph, posed) in &mut carvers {
+    for (entity, base, skin, morph, posed) in &mut carvers {
         let joints = match skin {
-            Some(skin) => match joints_of(skin, transform, &joints, &bindposes) {
+            Some(skin) => match joints_of(skin, entity, &poses, &bindposes) {
                 Some(joints) => joints,
                 // Some joint is not there: the last pose stays.
                 None => continue,
@@ -143,18 +137,14 @@ pub(super) fn pose_meshes(
 /// finite. They are rounded to a part in 100,000, so that a rig that moves as a whole keeps its pose.
 fn joints_of(
     skin: &SkinnedMesh,
-    transform: &GlobalTransform,
-    joints: &Query<&GlobalTransform>,
+    carver: Entity,
+    poses: &RelativePoses,
     bindposes: &Assets<SkinnedMeshInverseBindposes>,
 ) -> Option<Vec<Mat4>> {
-    let carver_from_world = transform.affine().inverse();
-    if !carver_from_world.is_finite() {
-        return None;
-    }
     let bindposes = bindposes.get(&skin.inverse_bindposes)?;
     let matrices = skin.joints.iter().zip(bindposes.iter()).map(|(&joint, &bindpose)| {
-        let world_from_joint = joints.get(joint).ok()?.affine();
-        let matrix = Mat4::from(carver_from_world * world_from_joint) * bindpose;
+        let carver_from_joint = DMat4::from(poses.between(joint, carver)?).as_mat4();
+        let matrix = carver_from_joint * bindpose;
         matrix.is_finite().then_some(matrix)
     });
     let mut matrices: Vec<_> = matrices.collect::<Option<_>>()?;

@@ -1,8 +1,8 @@
-//! Gives volumes their box and material, and cameras the depth that volumes need.
+//! Gives volumes the child that draws them.
 
 use bevy::{
     asset::RenderAssetUsages,
-    core_pipeline::prepass::DepthPrepass,
+    camera::visibility::RenderLayers,
     light::{NotShadowCaster, NotShadowReceiver},
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
@@ -12,86 +12,120 @@ use bevy::{
 use super::{VolumeMaterial, volume_material::MaterialVariant};
 use crate::{
     clip::{ClipCapacity, ClipSettings},
-    occlusion::AmbientOcclusion,
+    occlusion::FittedOcclusion,
     render::{OcclusionTexels, draws_isosurface},
-    volume::{LookupTable, Volume3d, VolumeGeometry},
+    volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
-/// What the box and the material of a volume were made for.
+/// What the child's mesh and material were made for.
 #[derive(Component, Clone, PartialEq)]
 pub(super) struct Visuals {
+    geometry: VolumeGeometry,
+    bindings: Bindings,
+}
+
+/// What the material binds, and how.
+#[derive(Clone, PartialEq)]
+struct Bindings {
     volume_revision: u32,
     clip_capacity: ClipCapacity,
     depth_map_size: u32,
     variant: MaterialVariant,
 }
 
-/// Makes the box and the material of volumes that can be shown, and makes them anew when the
-/// textures that the material binds are new.
+/// Makes a child with box and material for every volume that can be shown, and makes these anew when the textures
+/// that the material binds are new. Nothing is put on the volume's own entity that is the user's.
 pub(super) fn attach_visuals(
     mut commands: Commands,
-    volumes: Query<
-        (Entity, &LookupTable, &AmbientOcclusion, &GlobalTransform, Option<&Visuals>),
-        With<Volume3d>,
-    >,
-    device: Res<RenderDevice>,
+    volumes: Query<(
+        Entity,
+        &LookupTable,
+        &FittedOcclusion,
+        &GlobalTransform,
+        Option<&RenderLayers>,
+        Option<&VolumeBox>,
+    )>,
+    boxes: Query<(&ChildOf, &Visuals, Option<&RenderLayers>)>,
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
+    device: Res<RenderDevice>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    for (entity, table, occlusion, transform, current) in &volumes {
+    // After a device is lost, its meshes are gone: nobody else has their triangles.
+    let is_new_device = device.is_changed();
+    for (entity, table, fitted, transform, layers, volume_box) in &volumes {
+        let variant = MaterialVariant {
+            is_mirrored: transform.affine().matrix3.determinant() < 0.0,
+            texels: OcclusionTexels::of(&fitted.occlusion),
+            is_isosurface: draws_isosurface(&fitted.occlusion),
+        };
         let visuals = Visuals {
-            volume_revision: table.volume_revision,
-            clip_capacity: *clip_capacity,
-            depth_map_size: clip_settings.depth_map_size,
-            variant: MaterialVariant {
-                is_mirrored: transform.affine().matrix3.determinant() < 0.0,
-                texels: OcclusionTexels::of(occlusion, table.geometry.dimensions, &device),
-                is_isosurface: draws_isosurface(occlusion, table.geometry.dimensions, &device),
+            geometry: table.geometry,
+            bindings: Bindings {
+                volume_revision: table.volume_revision,
+                clip_capacity: *clip_capacity,
+                depth_map_size: clip_settings.depth_map_size,
+                variant,
             },
         };
-        if current == Some(&visuals) {
+        // One that was copied with its entity belongs to the original.
+        let child = volume_box.map(|volume_box| volume_box.0);
+        let there = child.and_then(|child| boxes.get(child).ok()).filter(|(of, ..)| of.parent() == entity);
+        let (child, current) = match (child, there) {
+            (Some(child), Some((_, current, child_layers))) => {
+                if child_layers != layers {
+                    set_layers(&mut commands.entity(child), layers);
+                }
+                (child, Some(current))
+            }
+            _ => {
+                let to_world = Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM));
+                // Transforms have been propagated before.
+                let place = transform.mul_transform(to_world);
+                let bundle = (
+                    Name::new("volume box"),
+                    to_world,
+                    place,
+                    NotShadowCaster,
+                    NotShadowReceiver,
+                    ChildOf(entity),
+                );
+                let child = commands.spawn(bundle).id();
+                set_layers(&mut commands.entity(child), layers);
+                commands.entity(entity).try_insert(VolumeBox(child));
+                (child, None)
+            }
+        };
+        if current == Some(&visuals) && !is_new_device {
             continue;
         }
-        let material = VolumeMaterial { volume: entity, variant: visuals.variant };
-        commands.entity(entity).try_insert((
-            visuals,
-            Mesh3d(meshes.add(box_mesh(&table.geometry))),
-            MeshMaterial3d(materials.add(material)),
-            NotShadowCaster,
-            NotShadowReceiver,
-        ));
+        let mut child = commands.entity(child);
+        if current.is_none_or(|current| current.geometry != visuals.geometry) || is_new_device {
+            child.try_insert(Mesh3d(meshes.add(box_mesh(&table.geometry))));
+        }
+        if current.is_none_or(|current| current.bindings != visuals.bindings) {
+            child.try_insert(MeshMaterial3d(materials.add(VolumeMaterial { volume: entity, variant })));
+        }
+        child.try_insert(visuals);
     }
 }
 
-/// Takes the box and the material from entities that have no volume any more.
+fn set_layers(entity: &mut EntityCommands, layers: Option<&RenderLayers>) {
+    match layers {
+        Some(layers) => entity.try_insert(layers.clone()),
+        None => entity.try_remove::<RenderLayers>(),
+    };
+}
+
+/// Takes the child from entities that have no volume any more.
 pub(super) fn detach_visuals(
     mut commands: Commands,
-    orphans: Query<Entity, (With<Visuals>, Or<(Without<Volume3d>, Without<LookupTable>)>)>,
+    orphans: Query<(Entity, &VolumeBox), Without<LookupTable>>,
 ) {
-    for entity in &orphans {
-        commands.entity(entity).try_remove::<(
-            Visuals,
-            Mesh3d,
-            MeshMaterial3d<VolumeMaterial>,
-            NotShadowCaster,
-            NotShadowReceiver,
-        )>();
-    }
-}
-
-/// Gives 3D cameras the depth prepass by which opaque meshes hide volumes.
-pub(super) fn require_depth(
-    mut commands: Commands,
-    volumes: Query<(), With<Volume3d>>,
-    cameras: Query<Entity, (With<Camera3d>, Without<DepthPrepass>)>,
-) {
-    if volumes.is_empty() {
-        return;
-    }
-    for camera in &cameras {
-        commands.entity(camera).try_insert(DepthPrepass);
+    for (entity, child) in &orphans {
+        commands.entity(child.0).try_despawn();
+        commands.entity(entity).try_remove::<VolumeBox>();
     }
 }
 
@@ -107,7 +141,8 @@ fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
             if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }
         },
     );
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+    // The renderer alone has its triangles: pointers meet what lies behind the box.
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
         .with_inserted_indices(Indices::U32(triangles.collect()))
 }

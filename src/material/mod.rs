@@ -1,10 +1,12 @@
 //! How a volume is drawn: a box with a material that casts view rays through it.
 
 mod attach;
+mod depth_prepass;
 mod volume_material;
 
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
+    camera::visibility::VisibilitySystems,
     pbr::MaterialPlugin,
     prelude::*,
     render::{Render, RenderApp, erased_render_asset::prepare_erased_assets},
@@ -15,7 +17,7 @@ pub use volume_material::VolumeMaterial;
 
 use crate::{
     clip::ClipCapacitySystems,
-    render::{DeviceSupport, VolumeResourceSystems},
+    render::{DeviceSupport, VolumeResourceSystems, fit_occlusion},
     volume::VolumeSystems,
 };
 
@@ -27,18 +29,22 @@ impl Plugin for VolumeMaterialPlugin {
         load_shader_library!(app, "octants.wgsl");
         load_shader_library!(app, "surface_ray.wgsl");
         embedded_asset!(app, "volume.wgsl");
-        app.add_plugins(MaterialPlugin::<VolumeMaterial>::default()).add_systems(
-            PostUpdate,
-            (
-                attach::attach_visuals.run_if(resource_exists::<DeviceSupport>),
-                attach::detach_visuals,
-                attach::require_depth,
-            )
-                .after(TransformSystems::Propagate)
-                .after(VolumeSystems::Bake)
-                .after(ClipCapacitySystems)
-                .before(AssetEventSystems),
-        );
+        app.add_plugins(MaterialPlugin::<VolumeMaterial>::default())
+            .add_observer(depth_prepass::leave_to_user)
+            .add_systems(
+                PostUpdate,
+                (
+                    (fit_occlusion, attach::attach_visuals).chain().run_if(resource_exists::<DeviceSupport>),
+                    attach::detach_visuals,
+                    depth_prepass::require_depth,
+                )
+                    .after(TransformSystems::Propagate)
+                    .after(VolumeSystems::Bake)
+                    .after(ClipCapacitySystems)
+                    // A volume is drawn in the frame in which it comes.
+                    .before(VisibilitySystems::VisibilityPropagate)
+                    .before(AssetEventSystems),
+            );
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             let prepare_materials = prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>;
             render_app.configure_sets(Render, VolumeResourceSystems.before(prepare_materials));

@@ -1,7 +1,10 @@
 //! The settings of volumetric ambient occlusion by filtering (Ruiz et al.: Volumetric Ambient Occlusion for
 //! Volumetric Models, 2010).
 
-use bevy::{math::DVec3, prelude::*};
+use bevy::prelude::*;
+
+use super::settings::length_mm;
+use crate::volume::VolumeGeometry;
 
 /// How large a share of the voxels around one is not denser than it, estimated from what separable filters
 /// find there: lowest, highest and mean density and the mean of its square. Every change filters the whole
@@ -15,10 +18,10 @@ pub struct OcclusionFiltering {
     pub estimate: DensityEstimate,
     /// What is compared.
     pub density: DensitySource,
-    /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere. A larger one
-    /// finds larger hollows and blurs small ones. In whole voxels along each axis, at least 1, at most
-    /// [`Self::MOST_VOXELS`]: occlusion pops where it changes.
-    pub radius_mm: f32,
+    /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere; `None` is 10
+    /// voxels. A larger one finds larger hollows and blurs small ones. In whole voxels along each axis, at least
+    /// 1, at most [`Self::MOST_VOXELS`]: occlusion pops where it changes.
+    pub radius_mm: Option<f32>,
     /// The constant k of the ambient term k O(x) C(x) (equation 5); above 1 brightens. A byte a voxel keeps
     /// k O(x), at most 1.
     pub brightness: f32,
@@ -34,7 +37,7 @@ impl OcclusionFiltering {
     pub(super) fn clamped(self) -> Self {
         let within = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) };
         Self {
-            radius_mm: within(self.radius_mm),
+            radius_mm: self.radius_mm.map(within),
             brightness: if self.brightness.is_nan() { 1.0 } else { within(self.brightness) },
             modulation: match self.modulation {
                 OpacityModulation::None => OpacityModulation::None,
@@ -45,9 +48,10 @@ impl OcclusionFiltering {
         }
     }
 
-    /// The radius along each of the grid's axes, voxels.
-    pub(crate) fn radii(&self, spacing_mm: DVec3) -> UVec3 {
-        let voxels = (f64::from(self.radius_mm) / spacing_mm).round().as_uvec3();
+    /// The radius along each of the grid's axes, whole voxels.
+    pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
+        let radius_mm = length_mm(self.radius_mm, 10.0, geometry);
+        let voxels = (radius_mm / geometry.spacing_mm).round().as_uvec3();
         voxels.clamp(UVec3::ONE, UVec3::splat(Self::MOST_VOXELS))
     }
 }
@@ -57,7 +61,7 @@ impl Default for OcclusionFiltering {
         Self {
             estimate: DensityEstimate::default(),
             density: DensitySource::default(),
-            radius_mm: 10.0,
+            radius_mm: None,
             brightness: 1.0,
             modulation: OpacityModulation::default(),
         }

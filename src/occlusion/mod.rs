@@ -9,6 +9,7 @@ mod progressive;
 mod screen_space;
 mod settings;
 mod shortcuts;
+mod shortfall;
 mod sky;
 mod sweeping;
 
@@ -22,6 +23,8 @@ pub use progressive::ProgressiveRays;
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
 pub use shortcuts::Shortcuts;
+pub(crate) use shortfall::FittedOcclusion;
+pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepingSurface};
 
@@ -31,6 +34,7 @@ pub(crate) struct OcclusionPlugin;
 impl Plugin for OcclusionPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shortcuts>()
+            .add_observer(shortfall::warn_of_shortfall)
             .register_type::<Shortcuts>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>();

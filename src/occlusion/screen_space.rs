@@ -2,6 +2,9 @@
 
 use bevy::{math::DVec3, prelude::*};
 
+use super::settings::{length_mm, within};
+use crate::volume::VolumeGeometry;
+
 /// Each view finds the first point along each of its rays where opacity exceeds a threshold, and around it
 /// the points that lie behind what the view sees there. Opaque meshes of the scene and volumes occlude each
 /// other. Costs the same for every frame, whether anything changed or not; knows nothing of what is hidden or
@@ -12,12 +15,12 @@ pub struct ScreenSpaceOcclusion {
     /// Opacity, of a drawing step, from which on a sample is taken for the surface. Lower ones find surfaces
     /// that are hardly seen; where no sample reaches it there is no occlusion.
     pub opacity_threshold: f32,
-    /// How far away is looked for what occludes, mm of the volume. Longer ones darken larger hollows, and
-    /// whatever stands in front of something.
-    pub radius_mm: f32,
-    /// How far something must be in front of a point to occlude it, mm. Less shows the steps of voxels, more
-    /// loses creases.
-    pub bias_mm: f32,
+    /// How far away is looked for what occludes, mm of the volume; `None` is 20 voxels. Longer ones darken
+    /// larger hollows, and whatever stands in front of something.
+    pub radius_mm: Option<f32>,
+    /// How far something must be in front of a point to occlude it, mm; `None` is half a voxel. Less shows the
+    /// steps of voxels, more loses creases.
+    pub bias_mm: Option<f32>,
     /// Points looked at around each pixel, at most [`Self::MOST_SAMPLES`]. More cost proportionally more time
     /// and show less noise.
     pub samples: u32,
@@ -33,14 +36,19 @@ impl ScreenSpaceOcclusion {
 
     /// These settings within what can be computed.
     pub(crate) fn clamped(&self) -> Self {
-        let within = |value: f32, most: f32| if value.is_finite() { value.clamp(0.0, most) } else { 0.0 };
+        let length = |mm: Option<f32>| mm.map(|mm| within(mm, Self::LONGEST_RADIUS_MM));
         Self {
             opacity_threshold: within(self.opacity_threshold, 1.0),
-            radius_mm: within(self.radius_mm, Self::LONGEST_RADIUS_MM),
-            bias_mm: within(self.bias_mm, Self::LONGEST_RADIUS_MM),
+            radius_mm: length(self.radius_mm),
+            bias_mm: length(self.bias_mm),
             samples: self.samples.min(Self::MOST_SAMPLES),
             blur: self.blur,
         }
+    }
+
+    /// Radius and bias, mm.
+    pub fn lengths_mm(&self, geometry: &VolumeGeometry) -> [f64; 2] {
+        [length_mm(self.radius_mm, 20.0, geometry), length_mm(self.bias_mm, 0.5, geometry)]
     }
 
     /// The points looked at, in radii, around a point whose normal is the z axis: spread evenly over the half
@@ -64,7 +72,7 @@ impl ScreenSpaceOcclusion {
 
 impl Default for ScreenSpaceOcclusion {
     fn default() -> Self {
-        Self { opacity_threshold: 0.5, radius_mm: 20.0, bias_mm: 0.5, samples: 32, blur: true }
+        Self { opacity_threshold: 0.5, radius_mm: None, bias_mm: None, samples: 32, blur: true }
     }
 }
 
@@ -84,12 +92,21 @@ mod tests {
     #[test]
     fn no_setting_is_beyond_what_can_be_computed() {
         for value in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e38] {
-            let (opacity_threshold, radius_mm, bias_mm) = (value, value, value);
-            let settings =
-                ScreenSpaceOcclusion { opacity_threshold, radius_mm, bias_mm, samples: u32::MAX, blur: true };
+            let settings = ScreenSpaceOcclusion {
+                opacity_threshold: value,
+                radius_mm: Some(value),
+                bias_mm: Some(value),
+                samples: u32::MAX,
+                blur: true,
+            };
             let clamped = settings.clamped();
             let lengths = [clamped.radius_mm, clamped.bias_mm];
-            assert!(lengths.iter().all(|mm| (0.0..=ScreenSpaceOcclusion::LONGEST_RADIUS_MM).contains(mm)));
+            assert!(
+                lengths
+                    .iter()
+                    .flatten()
+                    .all(|mm| (0.0..=ScreenSpaceOcclusion::LONGEST_RADIUS_MM).contains(mm))
+            );
             assert!((0.0..=1.0).contains(&clamped.opacity_threshold));
             assert_eq!(settings.kernel().len(), 256);
         }

@@ -20,9 +20,10 @@ pub struct AmbientOcclusion {
     /// Of methods that cast rays: samples per ray. More reach farther and cost proportionally more time per
     /// recomputed voxel; a carver then also makes more voxels recompute. At most [`Self::MOST_STEPS`].
     pub steps: u32,
-    /// Distance between samples, millimetres. Longer steps reach farther for the same cost and may
-    /// step over structures thinner than themselves. At most [`Self::LONGEST_STEP_MM`].
-    pub step_mm: f32,
+    /// Distance between samples, millimetres; `None` is one voxel, the smallest spacing. Longer steps reach
+    /// farther for the same cost and may step over structures thinner than themselves. At most
+    /// [`Self::LONGEST_STEP_MM`].
+    pub step_mm: Option<f32>,
     /// Of methods that cast rays: for how many voxels.
     pub resolution: OcclusionResolution,
     /// Of methods that cast rays, and of sweeping: where the light comes from.
@@ -35,7 +36,7 @@ impl Default for AmbientOcclusion {
             method: OcclusionMethod::default(),
             pattern: RayPattern::default(),
             steps: 20,
-            step_mm: 1.0,
+            step_mm: None,
             resolution: OcclusionResolution::default(),
             sky: Sky::default(),
         }
@@ -72,16 +73,20 @@ impl AmbientOcclusion {
 
     /// These settings within what can be computed.
     pub(crate) fn clamped(&self) -> Self {
-        let step_mm = if self.step_mm.is_finite() { self.step_mm } else { 0.0 };
         Self {
             method: self.method.clamped(),
             sky: Sky(self.sky.normalized()),
             steps: self.steps.min(Self::MOST_STEPS),
-            step_mm: step_mm.clamp(0.0, Self::LONGEST_STEP_MM),
+            step_mm: self.step_mm.map(|mm| within(mm, Self::LONGEST_STEP_MM)),
             // Only rays leave out voxels.
             resolution: if self.method.casts_rays() { self.resolution } else { default() },
             ..self.clone()
         }
+    }
+
+    /// Distance between samples, mm: the one that is set, or a voxel.
+    pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        length_mm(self.step_mm, 1.0, geometry)
     }
 
     /// The rays of every voxel, volume space, those that bring no light left out.
@@ -113,7 +118,7 @@ impl AmbientOcclusion {
         let ray = if self.steps == 0 || !self.method.casts_rays() {
             0.0
         } else {
-            Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_mm.max(0.0) as f64
+            Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_length_mm(geometry)
         };
         ray + geometry.cell_diagonal_mm() + self.footprint_mm(geometry)
     }
@@ -128,6 +133,16 @@ impl AmbientOcclusion {
         let blocks = 1.5 * f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
         lines.max(1.025 * geometry.cell_diagonal_mm()) + blocks
     }
+}
+
+/// A length setting within 0 and `most`; 0 if it is not finite.
+pub(super) fn within(value: f32, most: f32) -> f32 {
+    if value.is_finite() { value.clamp(0.0, most) } else { 0.0 }
+}
+
+/// A length, mm: the one that is set, or so many voxels of the smallest spacing.
+pub(super) fn length_mm(set_mm: Option<f32>, voxels: f64, geometry: &VolumeGeometry) -> f64 {
+    set_mm.map_or(voxels * geometry.spacing_mm.min_element(), |mm| f64::from(mm).max(0.0))
 }
 
 /// How a volume is drawn (required by [`Volume3d`](crate::volume::Volume3d)).
@@ -146,6 +161,14 @@ pub struct VolumeShading {
 impl Default for VolumeShading {
     fn default() -> Self {
         Self { mode: ShadingMode::default(), step_voxels: 0.5, jitter: true }
+    }
+}
+
+impl VolumeShading {
+    /// The same without what there is no memory for.
+    pub(crate) fn without_occlusion(&self) -> Self {
+        let mode = if self.mode.uses_light() { ShadingMode::Phong } else { ShadingMode::Solid };
+        Self { mode, ..self.clone() }
     }
 }
 

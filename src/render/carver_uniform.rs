@@ -1,7 +1,7 @@
 //! The data that every shader reads of a volume's carvers (`volume_bindings.wgsl`).
 
 use bevy::{
-    math::{Affine3A, DMat3, DVec3, Vec3Swizzles, Vec4Swizzles},
+    math::{Affine3A, DAffine3, DMat3, DVec3, Vec3Swizzles, Vec4Swizzles},
     prelude::*,
     render::render_resource::ShaderType,
 };
@@ -51,14 +51,21 @@ impl FromIterator<CarverUniform> for CarverTable {
 }
 
 impl CarverUniform {
-    pub fn new(carver: &ExtractedCarver, ready: &ReadyCarver, volume: &ExtractedVolume) -> Self {
-        let local_from_volume = carver.world_from_local.inverse() * volume.world_from_local;
-        let clip = ready.frame.clip_from_local() * local_from_volume;
-        let voxel = clip.matrix3.as_dmat3() * volume.geometry.local_from_voxel.matrix3;
+    /// `carver_from_volume` leads from volume space (mm) to the carver's.
+    pub fn new(
+        carver: &ExtractedCarver,
+        ready: &ReadyCarver,
+        volume: &ExtractedVolume,
+        carver_from_volume: DAffine3,
+    ) -> Self {
+        let frame = ready.frame.clip_from_local();
+        let (linear, offset) = (frame.matrix3.as_dmat3(), frame.translation.as_dvec3());
+        let clip = DAffine3::from_mat3_translation(linear, offset) * carver_from_volume;
+        let voxel = clip.matrix3 * volume.geometry.local_from_voxel.matrix3;
         let edges = lower_triangular(voxel).as_mat3();
         let dilation = ready.dilation.frame();
         let matrix = clip.matrix3.transpose();
-        let row = |row: Vec3A, offset: f32| Vec3::from(row).extend(offset);
+        let row = |row: DVec3, offset: f64| row.extend(offset).as_vec4();
         let scale = dilation.size.recip();
         Self {
             clip_from_local: [
@@ -95,6 +102,16 @@ impl CarverUniform {
         is_bounded.then_some(corners)
     }
 
+    /// Whether another carves the same, wherever its maps are.
+    pub fn carves_as(&self, other: &Self) -> bool {
+        self.at_layers_of(other) == *other
+    }
+
+    /// The same carver with its maps where those of another are.
+    pub fn at_layers_of(&self, other: &Self) -> Self {
+        Self { first_layer: other.first_layer, end_layer: other.end_layer, ..*self }
+    }
+
     /// What stands for a carver that was, and whose maps are gone; `None` for one that acted everywhere.
     pub fn region(self) -> Option<Self> {
         (self.operation != OPERATION_INTERSECT).then_some(Self { operation: OPERATION_REGION, ..self })
@@ -104,6 +121,11 @@ impl CarverUniform {
     pub fn at(place: f32, operation: ClipOperation) -> Self {
         let clip_from_local = [Vec4::splat(place); 3];
         Self { clip_from_local, operation: operation_code(operation), ..default() }
+    }
+
+    #[cfg(test)]
+    pub fn with_layers(self, first_layer: u32, end_layer: u32) -> Self {
+        Self { first_layer, end_layer, ..self }
     }
 }
 

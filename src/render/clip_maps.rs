@@ -1,13 +1,17 @@
 //! The depth and dilation maps of all carvers: which layers of the arrays belong to which carver,
 //! and what they show.
 
-use bevy::{platform::collections::HashMap, prelude::*, render::renderer::RenderDevice};
+use bevy::{
+    platform::collections::HashMap,
+    prelude::*,
+    render::renderer::{RenderDevice, RenderQueue},
+};
 
 use super::{
     clip_keys::{DepthKey, DilationKey},
-    clip_textures::{ClipTextures, depth_map_size},
+    clip_textures::{ClipTextures, LayerRange, depth_map_size},
     extract::ExtractedScene,
-    surface_count::{SurfaceCount, layers_of},
+    surface_count::SurfaceCount,
 };
 use crate::{clip::ClipFrame, diagnostics::GpuUsage};
 
@@ -29,20 +33,6 @@ pub(crate) struct Slot {
     pub revision: u64,
 }
 
-/// Consecutive layers of the arrays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct LayerRange {
-    pub first: u32,
-    pub count: u32,
-}
-
-impl LayerRange {
-    /// Whether a mesh with so many surfaces along a line of sight has more layers.
-    pub fn cuts_off(self, surfaces: u32) -> bool {
-        layers_of(surfaces) > self.count
-    }
-}
-
 /// A carver that takes part in this frame.
 #[derive(Clone, Copy)]
 pub(crate) struct ReadyCarver {
@@ -55,6 +45,7 @@ pub(crate) struct ReadyCarver {
 }
 
 impl Slot {
+    /// Gives it other layers, for maps that are to be made.
     fn place(&mut self, layers: LayerRange) {
         *self =
             Self { layers, count: core::mem::take(&mut self.count), revision: self.revision, ..default() };
@@ -63,26 +54,32 @@ impl Slot {
 
 impl ClipMaps {
     /// Makes room for the carvers of the scene, and frees what the others had.
-    pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice) {
-        let capacity = scene.clip_capacity.0;
-        let size = depth_map_size(scene.clip_settings.depth_map_size, &device.limits());
-        let fits = |textures: &ClipTextures| textures.capacity == capacity && textures.depth_map_size == size;
-        if !self.textures.as_ref().is_some_and(fits) {
-            self.textures = Some(ClipTextures::new(capacity, size, device));
-            for slot in self.slots.values_mut() {
-                slot.place(default());
-            }
-        }
+    pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice, queue: &RenderQueue) {
         let alive = scene.carver_entities();
         self.slots.retain(|entity, _| alive.contains(entity));
         for entity in alive {
             self.slots.entry(entity).or_default();
         }
+        let capacity = scene.clip_capacity.layers;
+        let size = depth_map_size(scene.clip_settings.depth_map_size, &device.limits());
+        match &self.textures {
+            Some(textures) if textures.depth_map_size == size => {
+                if textures.capacity != capacity {
+                    self.rearrange(capacity, &[], device, queue);
+                }
+            }
+            _ => {
+                self.textures = Some(ClipTextures::new(capacity, size, device));
+                for slot in self.slots.values_mut() {
+                    slot.place(default());
+                }
+            }
+        }
     }
 
-    /// Gives carvers the numbers of layers that they want. Where there is no room, a carver keeps
-    /// what it has until there is.
-    pub fn place(&mut self, wanted: &[(Entity, u32)]) {
+    /// Gives carvers the numbers of layers that they want, in the order in which they come. Where there is no
+    /// room, a carver keeps what it has until there is. Maps that stay are not made again.
+    pub fn place(&mut self, wanted: &[(Entity, u32)], device: &RenderDevice, queue: &RenderQueue) {
         let capacity = self.textures.as_ref().map_or(0, |textures| textures.capacity);
         for &(entity, count) in wanted {
             if self.slots.get(&entity).is_none_or(|slot| slot.layers.count == count) {
@@ -94,28 +91,78 @@ impl ClipMaps {
                 self.slots.entry(entity).or_default().place(layers);
             } else if wanted.iter().map(|(_, count)| count).sum::<u32>() <= capacity {
                 // There is room, but not in one piece.
-                self.pack(wanted);
+                self.rearrange(capacity, wanted, device, queue);
                 return;
             }
         }
     }
 
-    /// Places all carvers anew, one behind the other.
-    fn pack(&mut self, wanted: &[(Entity, u32)]) {
-        let mut first = 0;
-        for slot in self.slots.values_mut() {
-            slot.place(default());
+    /// Moves maps to arrays of so many layers. Carvers that are to have another number of layers than they have
+    /// get room for maps that are to be made.
+    fn rearrange(
+        &mut self,
+        capacity: u32,
+        wanted: &[(Entity, u32)],
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) {
+        let Some(textures) = &mut self.textures else {
+            return;
+        };
+        let counts = self.slots.iter().map(|(entity, slot)| {
+            let count = wanted.iter().find(|(other, _)| other == entity).map(|(_, count)| *count);
+            (*entity, slot.layers, count.unwrap_or(slot.layers.count))
+        });
+        let mut counts: Vec<_> = counts.collect();
+        counts.sort_unstable_by_key(|(_, layers, _)| layers.first);
+        let places = arrange(counts.iter().map(|(_, layers, count)| (*layers, *count)), capacity);
+        let mut moves = Vec::new();
+        for ((entity, layers, count), place) in counts.into_iter().zip(places) {
+            let Some(slot) = self.slots.get_mut(&entity) else {
+                continue;
+            };
+            if place.count == layers.count && count == layers.count {
+                moves.push((layers, place.first));
+                slot.layers = place;
+            } else {
+                slot.place(place);
+            }
         }
-        for &(entity, count) in wanted {
-            self.slots.entry(entity).or_default().place(LayerRange { first, count });
-            first += count;
-        }
+        *textures = textures.moved(capacity, &moves, device, queue);
     }
 
     /// What the maps take on the device.
     pub fn usage(&self) -> GpuUsage {
         self.textures.as_ref().map_or(default(), ClipTextures::usage)
     }
+}
+
+/// New places for maps, given where they are and how many layers they are to have. Those that can stay do; if there
+/// is no room for the others then, all are placed one behind the other, and those that do not fit get none.
+fn arrange(maps: impl Iterator<Item = (LayerRange, u32)> + Clone, capacity: u32) -> Vec<LayerRange> {
+    let stays = |(layers, count): (LayerRange, u32)| {
+        (layers.count == count && layers.first + count <= capacity).then_some(layers)
+    };
+    let mut taken: Vec<_> = maps.clone().filter_map(stays).collect();
+    let in_gaps = maps.clone().map(|map| {
+        stays(map).or_else(|| {
+            let layers = first_gap(taken.clone(), map.1, capacity)?;
+            taken.push(layers);
+            Some(layers)
+        })
+    });
+    if let Some(places) = in_gaps.collect::<Option<_>>() {
+        return places;
+    }
+    let mut first = 0;
+    let one_behind_the_other = maps.map(|(_, count)| {
+        if first + count > capacity {
+            return LayerRange::default();
+        }
+        first += count;
+        LayerRange { first: first - count, count }
+    });
+    one_behind_the_other.collect()
 }
 
 /// The first `count` layers that are free.
@@ -143,5 +190,21 @@ mod tests {
         assert_eq!(first_gap(vec![range(0, 2), range(3, 2)], 2, 8), Some(range(5, 2)));
         assert_eq!(first_gap(vec![range(0, 2), range(3, 2)], 4, 8), None);
         assert_eq!(first_gap(vec![range(0, 0)], 1, 1), Some(range(0, 1)));
+    }
+
+    #[test]
+    fn maps_stay_where_they_are_if_they_can() {
+        let range = |first, count| LayerRange { first, count };
+        let place = |maps: &[(LayerRange, u32)], capacity| arrange(maps.iter().copied(), capacity);
+        // Growing moves nothing.
+        let four = [(range(0, 1), 1), (range(1, 2), 2), (range(3, 1), 1), (range(0, 0), 1)];
+        assert_eq!(place(&four, 8), [range(0, 1), range(1, 2), range(3, 1), range(4, 1)]);
+        // Shrinking moves what lies beyond the end.
+        let two = [(range(0, 1), 1), (range(5, 2), 2)];
+        assert_eq!(place(&two, 4), [range(0, 1), range(1, 2)]);
+        // Gaps too small for what is needed are closed.
+        let gaps = [(range(0, 1), 1), (range(2, 1), 1), (range(0, 0), 2)];
+        assert_eq!(place(&gaps, 4), [range(0, 1), range(1, 1), range(2, 2)]);
+        assert_eq!(place(&[(range(0, 0), 3), (range(0, 0), 2)], 4), [range(0, 3), range(0, 0)]);
     }
 }

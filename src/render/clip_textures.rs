@@ -1,12 +1,21 @@
 //! The textures behind the clip maps: arrays shared by all carvers, and what finding a mesh's
 //! layers needs in between.
 
-use bevy::render::{
-    render_resource::{Buffer, BufferDescriptor, BufferUsages, TextureFormat, TextureUsages, WgpuLimits},
-    renderer::RenderDevice,
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, TexelCopyTextureInfo, TextureFormat,
+            TextureUsages, WgpuLimits,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
 };
 
-use super::textures::{TextureAndView, usage_of};
+use super::{
+    surface_count::layers_of,
+    textures::{TextureAndView, usage_of},
+};
 use crate::diagnostics::GpuUsage;
 
 /// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
@@ -28,7 +37,22 @@ pub(crate) const SURFACE_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 /// Of counts of surfaces: front minus back faces, and all.
 pub(crate) const COUNT_FORMAT: TextureFormat = TextureFormat::Rg16Float;
 
+/// Consecutive layers of the arrays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct LayerRange {
+    pub first: u32,
+    pub count: u32,
+}
+
+impl LayerRange {
+    /// Whether a mesh with so many surfaces along a line of sight has more layers.
+    pub fn cuts_off(self, surfaces: u32) -> bool {
+        layers_of(surfaces) > self.count
+    }
+}
+
 /// The texture arrays: a layer of each for every layer of every carver.
+#[derive(Clone)]
 pub(crate) struct ClipTextures {
     /// Layers in each array.
     pub capacity: u32,
@@ -49,6 +73,7 @@ pub(crate) struct ClipTextures {
 }
 
 /// What is kept from one peel to the next.
+#[derive(Clone)]
 pub(crate) struct PeelTextures {
     /// Surfaces up to the last peeled one.
     pub passed: TextureAndView,
@@ -65,29 +90,62 @@ pub(crate) fn depth_map_size(requested: u32, limits: &WgpuLimits) -> u32 {
     requested.clamp(step, largest).next_multiple_of(step).min(largest / step * step)
 }
 
+fn depth_maps(capacity: u32, size: u32, device: &RenderDevice) -> TextureAndView {
+    TextureAndView::array(device, "contextual_ao_depth_maps", (size, capacity), LAYER_FORMAT, KEPT)
+}
+
+fn dilation_maps(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> TextureAndView {
+    let size = depth_map_size / TEXELS_PER_DILATION_TEXEL;
+    TextureAndView::array(device, "contextual_ao_dilation_maps", (size, capacity), DILATION_FORMAT, KEPT)
+}
+
+/// Written by passes, and copied when there are more or fewer carvers.
+const KEPT: TextureUsages =
+    TextureUsages::STORAGE_BINDING.union(TextureUsages::COPY_SRC).union(TextureUsages::COPY_DST);
+
 impl ClipTextures {
     pub fn new(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> Self {
         let stored = TextureUsages::STORAGE_BINDING;
         let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let array =
-            |label, size, format| TextureAndView::array(device, label, (size, capacity), format, stored);
         let square = |label, size, format, usage| TextureAndView::single(device, label, size, format, usage);
         let tiles = depth_map_size / TEXELS_PER_TILE;
         let surface = || square("contextual_ao_surface", depth_map_size, SURFACE_FORMAT, drawn);
         Self {
             capacity,
             depth_map_size,
-            depth: array("contextual_ao_depth_maps", depth_map_size, LAYER_FORMAT),
-            dilation: array(
-                "contextual_ao_dilation_maps",
-                depth_map_size / TEXELS_PER_DILATION_TEXEL,
-                DILATION_FORMAT,
-            ),
+            depth: depth_maps(capacity, depth_map_size, device),
+            dilation: dilation_maps(capacity, depth_map_size, device),
             tiles: square("contextual_ao_depth_tiles", tiles, DILATION_FORMAT, stored),
             counts: square("contextual_ao_surface_counts", depth_map_size, COUNT_FORMAT, drawn),
             surfaces: [surface(), surface()],
             peeling: None,
         }
+    }
+
+    /// The same maps in arrays of `capacity` layers: each range of layers is copied to where it is to begin.
+    pub fn moved(
+        &self,
+        capacity: u32,
+        moves: &[(LayerRange, u32)],
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> Self {
+        let depth = depth_maps(capacity, self.depth_map_size, device);
+        let dilation = dilation_maps(capacity, self.depth_map_size, device);
+        let mut encoder = device.create_command_encoder(&default());
+        for (from, to) in [(&self.depth, &depth), (&self.dilation, &dilation)] {
+            for &(layers, first) in moves.iter().filter(|(layers, _)| layers.count > 0) {
+                let at = |layer| Origin3d { z: layer, ..default() };
+                let size = Extent3d { depth_or_array_layers: layers.count, ..from.texture.size() };
+                encoder.copy_texture_to_texture(
+                    TexelCopyTextureInfo { origin: at(layers.first), ..from.texture.as_image_copy() },
+                    TexelCopyTextureInfo { origin: at(first), ..to.texture.as_image_copy() },
+                    size,
+                );
+            }
+        }
+        queue.submit([encoder.finish()]);
+        Self { capacity, depth, dilation, ..self.clone() }
     }
 
     /// Makes what peeling needs, if it is not there.

@@ -1,17 +1,21 @@
 //! From the main world to the render world: the scene as this frame needs it.
 
 use bevy::{
-    math::Affine3A,
+    math::{Affine3A, DAffine3, DVec3},
     platform::collections::HashSet,
     prelude::*,
     render::{Extract, sync_world::MainEntity},
 };
 
 use crate::{
-    clip::{ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS},
+    clip::{
+        ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS, RelativePoses, SpawnOrder,
+    },
     diagnostics::{CountWork, TimePassesByClock},
-    occlusion::{AmbientOcclusion, DirectOcclusion, OcclusionMethod, Shortcuts, VolumeShading},
-    volume::{LookupTable, ShownVolume, Volume, VolumeGeometry, longest_stretch},
+    occlusion::{
+        AmbientOcclusion, DirectOcclusion, FittedOcclusion, OcclusionMethod, Shortcuts, VolumeShading,
+    },
+    volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
 };
 
 /// All volumes and carvers, rebuilt every frame.
@@ -28,12 +32,19 @@ pub(crate) struct ExtractedScene {
 
 pub(crate) struct ExtractedVolume {
     pub entity: MainEntity,
-    pub asset: AssetId<Volume>,
+    /// The entity whose mesh is its box; views that show the box see the volume.
+    pub drawn_on: Option<MainEntity>,
     pub geometry: VolumeGeometry,
     pub table: LookupTable,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
+    /// Whether the occlusion that is asked for can be had.
+    pub has_occlusion: bool,
+    /// Volume space (mm) to the world.
     pub world_from_local: Affine3A,
+    /// The carvers that act on it, as indices of the scene's, each with the way from volume space (mm) to the
+    /// carver's space.
+    pub carvers: Vec<(usize, DAffine3)>,
     /// Whether it has a place in the world: a collapsed volume keeps what it has, and waits.
     pub is_placed: bool,
 }
@@ -77,6 +88,7 @@ impl ExtractedVolume {
 }
 
 pub(crate) struct ExtractedCarver {
+    order: SpawnOrder,
     pub entity: Entity,
     pub clip_mesh: ClipMesh,
     pub mesh: AssetId<Mesh>,
@@ -91,9 +103,10 @@ pub(crate) struct ExtractedCarver {
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     volumes: Extract<
-        Query<(Entity, &ShownVolume, &LookupTable, &AmbientOcclusion, &VolumeShading, &GlobalTransform)>,
+        Query<(Entity, &LookupTable, &FittedOcclusion, &VolumeShading, &GlobalTransform, Option<&VolumeBox>)>,
     >,
-    carvers: Extract<Query<(Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
+    carvers: Extract<Query<(&SpawnOrder, Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
+    poses: Extract<RelativePoses>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
     shortcuts: Extract<Res<Shortcuts>>,
@@ -106,24 +119,10 @@ pub(crate) fn extract_scene(
     scene.shortcuts = **shortcuts;
     scene.count_work = count_work.0;
     scene.time_by_clock = time_by_clock.0;
-    scene.volumes.clear();
-    scene.volumes.extend(volumes.iter().filter_map(
-        |(entity, volume, table, occlusion, shading, transform)| {
-            Some(ExtractedVolume {
-                entity: entity.into(),
-                asset: volume.volume.as_ref()?.id(),
-                geometry: table.geometry,
-                table: table.clone(),
-                occlusion: occlusion.clamped(),
-                shading: shading.clone(),
-                world_from_local: transform.affine(),
-                is_placed: is_invertible(transform),
-            })
-        },
-    ));
     scene.carvers.clear();
-    scene.carvers.extend(carvers.iter().filter_map(|(entity, clip_mesh, camera, transform)| {
+    scene.carvers.extend(carvers.iter().filter_map(|(order, entity, clip_mesh, camera, transform)| {
         Some(ExtractedCarver {
+            order: *order,
             entity,
             clip_mesh: clip_mesh.clone(),
             mesh: camera.mesh,
@@ -133,13 +132,38 @@ pub(crate) fn extract_scene(
             is_placed: is_invertible(transform),
         })
     }));
-    // The same carvers act in every frame, whatever order a query gives.
-    scene.carvers.sort_unstable_by_key(|carver| carver.entity);
+    // The same carvers act in every frame, whatever order a query gives: those that were spawned first.
+    scene.carvers.sort_unstable_by_key(|carver| carver.order);
     if scene.carvers.len() > MAX_CARVERS && !*warned {
         *warned = true;
         warn!("{} clip meshes: only the first {MAX_CARVERS} carve", scene.carvers.len());
     }
     scene.carvers.truncate(MAX_CARVERS);
+    let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
+    extracted.clear();
+    extracted.extend(volumes.iter().map(|(entity, table, occlusion, shading, transform, drawn_on)| {
+        ExtractedVolume {
+            entity: entity.into(),
+            drawn_on: drawn_on.map(|child| child.0.into()),
+            geometry: table.geometry,
+            table: table.clone(),
+            occlusion: occlusion.occlusion.clone(),
+            has_occlusion: occlusion.has_occlusion(),
+            shading: if occlusion.has_occlusion() { shading.clone() } else { shading.without_occlusion() },
+            world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
+            carvers: carvers_of(entity, carvers, &poses),
+            is_placed: is_invertible(transform),
+        }
+    }));
+}
+
+/// The carvers that act on a volume.
+fn carvers_of(volume: Entity, carvers: &[ExtractedCarver], poses: &RelativePoses) -> Vec<(usize, DAffine3)> {
+    let millimetres = DAffine3::from_scale(DVec3::splat(WORLD_UNITS_PER_MM.into()));
+    let acting = carvers.iter().enumerate().filter(|(_, carver)| carver.clip_mesh.carves(volume));
+    acting
+        .filter_map(|(index, carver)| Some((index, poses.between(volume, carver.entity)? * millimetres)))
+        .collect()
 }
 
 fn is_invertible(transform: &GlobalTransform) -> bool {

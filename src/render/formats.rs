@@ -14,7 +14,7 @@ use bevy::{
 };
 use std::borrow::Cow;
 
-use crate::volume::Intensities;
+use crate::volume::{Intensities, StoredBytes};
 
 /// The formats and samplers chosen for this device.
 #[derive(Resource)]
@@ -32,8 +32,13 @@ pub(crate) struct Formats {
 
 impl FromWorld for Formats {
     fn from_world(world: &mut World) -> Self {
-        let device = world.resource::<RenderDevice>();
-        let adapter = world.resource::<RenderAdapter>();
+        Self::new(world.resource(), world.resource())
+    }
+}
+
+impl Formats {
+    /// The best that a device can do.
+    pub fn new(device: &RenderDevice, adapter: &RenderAdapter) -> Self {
         let features = device.features();
         let stores = |format: TextureFormat| {
             features.contains(WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
@@ -75,9 +80,13 @@ impl FromWorld for Formats {
             has_grid_border,
         }
     }
-}
 
-impl Formats {
+    /// How many bytes a voxel takes.
+    pub fn stored_bytes(&self) -> StoredBytes {
+        let bytes = |format: TextureFormat| format.block_copy_size(None).unwrap_or(4).into();
+        StoredBytes { scalar: bytes(self.scalar), intensity16: bytes(self.intensity16) }
+    }
+
     /// The definitions that every compute shader is compiled with.
     pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
         let mut defs = vec![ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), 0)];

@@ -22,6 +22,7 @@ mod distances;
 mod encode;
 mod extract;
 mod filtering;
+mod fit_occlusion;
 mod formats;
 mod frame;
 mod gpu_volume;
@@ -50,19 +51,16 @@ use bevy::{
         ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         extract_resource::ExtractResourcePlugin,
         init_gpu_resource,
-        render_asset::{RenderAssetPlugin, prepare_assets},
         render_resource::SpecializedRenderPipelines,
         renderer::{RenderGraph, RenderGraphSystems},
     },
     shader::load_shader_library,
 };
 
-use crate::{
-    diagnostics::{ReportChannel, SweepDistancesAlone},
-    volume::VolumeBudget,
-};
+use crate::diagnostics::{ReportChannel, SweepDistancesAlone};
 
 pub(crate) use clip_maps::ClipMaps;
+pub(crate) use fit_occlusion::fit_occlusion;
 pub(crate) use formats::Formats;
 pub(crate) use occlusion_texels::OcclusionTexels;
 pub(crate) use sweeping::draws_isosurface;
@@ -111,8 +109,6 @@ impl Plugin for OcclusionRenderPlugin {
         filtering::add_shaders(app);
         sweeping::add_shaders(app);
         app.add_plugins((
-            RenderAssetPlugin::<gpu_volume::GpuVolume>::default(),
-            ExtractResourcePlugin::<VolumeBudget>::default(),
             ExtractResourcePlugin::<SweepDistancesAlone>::default(),
             screen_space::ScreenSpacePlugin,
             direct::DirectOcclusionPlugin,
@@ -155,9 +151,10 @@ impl Plugin for OcclusionRenderPlugin {
                 (
                     volume_store::prepare_resources
                         .in_set(RenderSystems::PrepareAssets)
-                        .in_set(VolumeResourceSystems)
-                        .after(prepare_assets::<gpu_volume::GpuVolume>),
-                    (plan::plan_carvers, plan::plan_volumes).chain().in_set(RenderSystems::PrepareResources),
+                        .in_set(VolumeResourceSystems),
+                    (plan::plan_views, plan::plan_carvers, plan::plan_volumes)
+                        .chain()
+                        .in_set(RenderSystems::PrepareResources),
                 )
                     .run_if(resource_exists::<DeviceSupport>),
             )

@@ -1,12 +1,8 @@
 //! What the texels of a volume's occlusion texture hold: what computes them and what draws them agree by this.
 
-use bevy::{
-    log::warn_once,
-    prelude::*,
-    render::{render_resource::TextureFormat, renderer::RenderDevice},
-};
+use bevy::{prelude::*, render::render_resource::TextureFormat};
 
-use super::{formats::Formats, textures::largest_storage_buffer};
+use super::formats::Formats;
 use crate::occlusion::{
     AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionResolution, OpacityModulation,
 };
@@ -27,15 +23,11 @@ pub(crate) enum OcclusionTexels {
 }
 
 impl OcclusionTexels {
-    /// What a volume's settings call for, and the device can hold.
-    pub fn of(occlusion: &AmbientOcclusion, voxels: UVec3, device: &RenderDevice) -> Self {
+    /// What settings call for.
+    pub fn of(occlusion: &AmbientOcclusion) -> Self {
         match occlusion.method {
             OcclusionMethod::Sweeping(sweeping) if sweeping.geometry_term != GeometryTerm::None => {
-                if holds_octants(voxels, device) {
-                    Self::Octants
-                } else {
-                    Self::Factors
-                }
+                Self::Octants
             }
             OcclusionMethod::Filtering(filtering) if filtering.modulation != OpacityModulation::None => {
                 Self::Modulated
@@ -45,14 +37,30 @@ impl OcclusionTexels {
         }
     }
 
-    /// Number and format of the texels for a volume of so many voxels.
-    pub fn texture(self, voxels: UVec3, formats: &Formats) -> (UVec3, TextureFormat) {
+    /// Number of texels for a volume of so many voxels.
+    pub fn size(self, voxels: UVec3) -> UVec3 {
         match self {
-            Self::Factors => (voxels, formats.scalar),
-            Self::HalfFactors => ((voxels + 1) / 2, formats.scalar),
-            Self::Modulated => (voxels, TextureFormat::Rgba8Unorm),
-            Self::Octants => (voxels * UVec3::new(1, 1, 2), TextureFormat::Rgba8Unorm),
+            Self::Factors | Self::Modulated => voxels,
+            Self::HalfFactors => (voxels + 1) / 2,
+            Self::Octants => voxels * UVec3::new(1, 1, 2),
         }
+    }
+
+    /// Their format.
+    pub fn format(self, formats: &Formats) -> TextureFormat {
+        match self {
+            Self::Factors | Self::HalfFactors => formats.scalar,
+            Self::Modulated | Self::Octants => TextureFormat::Rgba8Unorm,
+        }
+    }
+
+    /// Bytes of all of them; a scalar is stored in so many.
+    pub fn bytes(self, voxels: UVec3, scalar: u64) -> u64 {
+        let texel = match self {
+            Self::Factors | Self::HalfFactors => scalar,
+            Self::Modulated | Self::Octants => 4,
+        };
+        texel * self.size(voxels).as_u64vec3().element_product()
     }
 
     /// What the material is compiled with.
@@ -63,15 +71,4 @@ impl OcclusionTexels {
             Self::Octants => Some("OCTANTS"),
         }
     }
-}
-
-/// Whether a device has room for the octants of so many voxels.
-fn holds_octants(voxels: UVec3, device: &RenderDevice) -> bool {
-    let bytes = 8 * voxels.as_u64vec3().element_product();
-    let holds =
-        2 * voxels.z <= device.limits().max_texture_dimension_3d && bytes <= largest_storage_buffer(device);
-    if !holds {
-        warn_once!("the device cannot hold eight octants of {voxels} voxels: swept without geometry term");
-    }
-    holds
 }

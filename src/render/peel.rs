@@ -16,8 +16,7 @@ use core::iter;
 
 use super::{
     clip_draw::{ClipDrawPipeline, ClipMeshDraw, Draw, MeshSource},
-    clip_maps::LayerRange,
-    clip_textures::{ClipTextures, LAYER_FORMAT},
+    clip_textures::{ClipTextures, LAYER_FORMAT, LayerRange},
     compute_pass::{ComputePass, Groups, PassDescriptor},
 };
 

@@ -14,6 +14,7 @@ use bevy::{
 use crate::diagnostics::GpuUsage;
 
 /// A texture with the view of all of it.
+#[derive(Clone)]
 pub(crate) struct TextureAndView {
     pub texture: Texture,
     pub view: TextureView,

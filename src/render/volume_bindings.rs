@@ -76,7 +76,7 @@ pub(crate) fn brick_bindings(
     let resources = [
         Buffer(volume.uniform.buffer()?.clone()),
         Buffer(volume.carvers.buffer()?.clone()),
-        TextureView(TextureViewDimension::D3, volume.intensities.clone()),
+        TextureView(TextureViewDimension::D3, volume.gpu_volume.view.clone()),
         TextureView(TextureViewDimension::D2, volume.lookup_table.view.clone()),
         TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
         TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),

@@ -53,6 +53,8 @@ pub(crate) enum Computed {
 pub(crate) struct VolumeState {
     /// Table on the device.
     pub table_revision: Option<u32>,
+    /// Whether the geometry term of octants is behind it.
+    pub has_geometry_term: bool,
     /// What the rays on the device were made for.
     pub rays_for: Option<AmbientOcclusion>,
     /// Whether the ranges of bricks are there.

@@ -1,11 +1,9 @@
 //! What each volume keeps on the device from frame to frame.
 
 use bevy::{
-    log::warn_once,
     platform::collections::{HashMap, HashSet},
     prelude::*,
     render::{
-        render_asset::RenderAssets,
         render_resource::{
             Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, StorageBuffer, TexelCopyBufferLayout,
             TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
@@ -16,6 +14,7 @@ use bevy::{
     },
 };
 use core::iter;
+use std::sync::Arc;
 
 use super::{
     brick_resources::BrickResources,
@@ -28,14 +27,14 @@ use super::{
     occlusion_texels::OcclusionTexels,
     pass_uniforms::OcclusionPassUniform,
     sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
-    textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
+    textures::{TextureAndView, usage_of, usage_of_buffers},
     volume_state::VolumeState,
     volume_uniform::{VolumeUniform, ray_table},
 };
 use crate::{
     diagnostics::GpuUsage,
     occlusion::OcclusionMethod,
-    volume::{LookupTable, Rescale, Volume},
+    volume::{LookupTable, Rescale},
 };
 
 /// The resources of every volume in the scene, by the main world's entity.
@@ -68,20 +67,18 @@ pub enum VoxelMask {
 
 /// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
 pub(crate) struct VolumeResources {
-    identity: VolumeIdentity,
     /// [V]
-    pub intensities: TextureView,
-    intensity_texture: Texture,
-    pub largest_stored: f64,
+    pub gpu_volume: Arc<GpuVolume>,
+    rescale: Rescale,
     /// Lowest and highest intensity, as the texture gives them.
     range: [f64; 2],
-    rescale: Rescale,
-    /// The transfer function; behind it, where octants are drawn, their geometry term.
+    /// The transfer function; behind it, for octants, their geometry term.
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
     /// Occlusion as drawn [V_AO].
     pub occlusion: TextureAndView,
+    texels: OcclusionTexels,
     pub uniform: UniformBuffer<VolumeUniform>,
     pub carvers: UniformBuffer<CarverTable>,
     pub pass: UniformBuffer<OcclusionPassUniform>,
@@ -89,30 +86,11 @@ pub(crate) struct VolumeResources {
     pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub rays: StorageBuffer<Vec<Vec4>>,
     pub bricks: BrickResources,
-    /// Of progressive rays: the sum of what they found so far, a number a voxel. There is none if the device cannot
-    /// bind it; then all rays are cast at once.
+    /// Of progressive rays: the sum of what they found so far, a number a voxel.
     pub ray_sums: Option<Buffer>,
     pub sweeping: Option<SweepResources>,
     pub filtering: Option<FilteringResources>,
     pub state: VolumeState,
-}
-
-/// Tells one content of a volume's textures from another.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct VolumeIdentity {
-    asset: AssetId<Volume>,
-    revision: u32,
-    texels: OcclusionTexels,
-}
-
-impl VolumeIdentity {
-    fn of(volume: &ExtractedVolume, device: &RenderDevice) -> Self {
-        Self {
-            asset: volume.asset,
-            revision: volume.table.volume_revision,
-            texels: OcclusionTexels::of(&volume.occlusion, volume.geometry.dimensions, device),
-        }
-    }
 }
 
 impl VolumeStore {
@@ -145,63 +123,60 @@ impl VolumeStore {
     pub(super) fn update(
         &mut self,
         scene: &ExtractedScene,
-        volumes: &RenderAssets<GpuVolume>,
         formats: &Formats,
         device: &RenderDevice,
+        queue: &RenderQueue,
     ) {
         let alive: HashSet<_> = scene.volumes.iter().map(|volume| volume.entity).collect();
         self.0.retain(|entity, _| alive.contains(entity));
         for volume in &scene.volumes {
-            let identity = VolumeIdentity::of(volume, device);
-            let resources = self.0.get_mut(&volume.entity);
-            if let Some(resources) = resources.filter(|resources| resources.identity == identity) {
-                resources.keep_for_method(volume, device);
-                continue;
-            }
-            self.0.remove(&volume.entity);
-            let gpu_volume = volumes.get(volume.asset);
-            if let Some(gpu_volume) = gpu_volume.filter(|gpu| gpu.dimensions() == volume.geometry.dimensions)
-            {
-                let mut resources = VolumeResources::new(identity, volume, gpu_volume, formats, device);
-                resources.keep_for_method(volume, device);
-                self.0.insert(volume.entity, resources);
-            }
+            let data = &volume.table.volume;
+            let kept = self.0.remove(&volume.entity).filter(|kept| kept.gpu_volume.holds(data));
+            let mut resources = kept.unwrap_or_else(|| {
+                let shared = self.0.values().find(|other| other.gpu_volume.holds(data));
+                let gpu_volume = shared.map_or_else(
+                    || Arc::new(GpuVolume::new(data, formats, device, queue)),
+                    |other| other.gpu_volume.clone(),
+                );
+                VolumeResources::new(gpu_volume, volume, formats, device, queue)
+            });
+            resources.keep_for_method(volume, formats, device);
+            self.0.insert(volume.entity, resources);
         }
     }
 
     /// What the volumes take on the device.
     pub(super) fn usage(&self) -> GpuUsage {
-        self.0.values().fold(default(), |sum: GpuUsage, volume| sum + volume.usage())
+        // Intensities are there once, however many entities show them.
+        let mut counted = HashSet::new();
+        let is_new = |volume: &&VolumeResources| counted.insert(Arc::as_ptr(&volume.gpu_volume));
+        let intensities = usage_of(self.0.values().filter(is_new).map(|volume| &volume.gpu_volume.texture));
+        self.0.values().fold(intensities, |sum, volume| sum + volume.usage())
     }
 }
 
 impl VolumeResources {
     fn new(
-        identity: VolumeIdentity,
+        gpu_volume: Arc<GpuVolume>,
         volume: &ExtractedVolume,
-        gpu_volume: &GpuVolume,
         formats: &Formats,
         device: &RenderDevice,
+        queue: &RenderQueue,
     ) -> Self {
-        let written = |label, (size, format)| {
-            let descriptor = volume_texture(label, size, format, TextureUsages::STORAGE_BINDING);
-            TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
-        };
         let dimensions = volume.geometry.dimensions;
-        Self {
-            identity,
-            intensities: gpu_volume.view.clone(),
-            intensity_texture: gpu_volume.texture.clone(),
-            largest_stored: gpu_volume.largest_stored,
-            rescale: gpu_volume.rescale,
-            range: gpu_volume.range,
+        let data = &volume.table.volume;
+        let texels = OcclusionTexels::of(&volume.occlusion);
+        let mut new = Self {
+            rescale: data.rescale(),
+            range: data.range().map(|value| data.to_stored(value) / gpu_volume.largest_stored),
+            gpu_volume,
             lookup_table: TextureAndView::new(
                 device,
                 &TextureDescriptor {
                     label: Some("contextual_ao_lookup_table"),
                     size: Extent3d {
                         width: LookupTable::ENTRIES as u32,
-                        height: 1 + if identity.texels == OcclusionTexels::Octants { TABLE_ROWS } else { 0 },
+                        height: 1 + TABLE_ROWS,
                         ..default()
                     },
                     mip_level_count: 1,
@@ -213,8 +188,9 @@ impl VolumeResources {
                 },
                 TextureViewDimension::D2,
             ),
-            opacities: written("contextual_ao_opacities", (dimensions, formats.scalar)),
-            occlusion: written("contextual_ao_occlusion", identity.texels.texture(dimensions, formats)),
+            opacities: written("contextual_ao_opacities", dimensions, formats.scalar, device),
+            occlusion: occlusion_texture(texels, dimensions, formats, device),
+            texels,
             uniform: default(),
             carvers: default(),
             pass: default(),
@@ -225,50 +201,38 @@ impl VolumeResources {
             sweeping: None,
             filtering: None,
             state: default(),
-        }
+        };
+        // The material binds them in the frame in which the volume comes, before they are known.
+        new.uniform.write_buffer(device, queue);
+        new.carvers.write_buffer(device, queue);
+        new
     }
 
     /// Makes what the volume's occlusion method needs for itself, and frees what others had.
-    fn keep_for_method(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
-        self.keep_ray_sums(volume, device);
-        self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
-        match &volume.occlusion.method {
-            OcclusionMethod::Sweeping(settings) => {
-                let stored = (self.rescale, self.largest_stored);
-                let texels = self.identity.texels;
-                SweepResources::keep(&mut self.sweeping, settings, volume, texels, stored, device);
-            }
-            _ => self.sweeping = None,
+    fn keep_for_method(&mut self, volume: &ExtractedVolume, formats: &Formats, device: &RenderDevice) {
+        let dimensions = volume.geometry.dimensions;
+        let texels = OcclusionTexels::of(&volume.occlusion);
+        if self.texels != texels {
+            self.texels = texels;
+            self.occlusion = occlusion_texture(texels, dimensions, formats, device);
         }
-    }
-
-    fn keep_ray_sums(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
         let is_progressive = matches!(volume.occlusion.method, OcclusionMethod::Progressive(_));
-        let size = 4 * volume.geometry.dimensions.as_u64vec3().element_product();
-        let most = largest_storage_buffer(device);
-        if is_progressive && size > most {
-            warn_once!(
-                "progressive rays need {size} bytes in a buffer, the device allows {most}: all are cast at once"
-            );
-        }
-        let keeps = is_progressive && size <= most;
-        if keeps != self.ray_sums.is_some() {
+        if is_progressive != self.ray_sums.is_some() {
             let descriptor = BufferDescriptor {
                 label: Some("contextual_ao_ray_sums"),
-                size,
+                size: 4 * dimensions.as_u64vec3().element_product(),
                 usage: BufferUsages::STORAGE,
                 mapped_at_creation: false,
             };
-            self.ray_sums = keeps.then(|| device.create_buffer(&descriptor));
+            self.ray_sums = is_progressive.then(|| device.create_buffer(&descriptor));
         }
-    }
-
-    /// Whether there is what a method needs: the device may be too small.
-    pub fn can_compute(&self, method: &OcclusionMethod) -> bool {
-        match method {
-            OcclusionMethod::Sweeping(_) => self.sweeping.is_some(),
-            OcclusionMethod::Filtering(_) => self.filtering.is_some(),
-            _ => true,
+        self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
+        match &volume.occlusion.method {
+            OcclusionMethod::Sweeping(settings) => {
+                let stored = (self.rescale, self.gpu_volume.largest_stored);
+                SweepResources::keep(&mut self.sweeping, settings, volume, stored, device);
+            }
+            _ => self.sweeping = None,
         }
     }
 
@@ -281,7 +245,8 @@ impl VolumeResources {
 
     /// Uploads the lookup table and the rays where they changed.
     pub fn upload(&mut self, volume: &ExtractedVolume, device: &RenderDevice, queue: &RenderQueue) {
-        if self.state.table_revision.is_none() && self.identity.texels == OcclusionTexels::Octants {
+        if !self.state.has_geometry_term && self.texels == OcclusionTexels::Octants {
+            self.state.has_geometry_term = true;
             self.write_table_rows(1, &geometry_term_table(), queue);
         }
         if self.state.table_revision != Some(volume.table.revision) {
@@ -319,27 +284,38 @@ impl VolumeResources {
 
     fn usage(&self) -> GpuUsage {
         let sweeping = self.sweeping.as_ref().map(SweepResources::usage).unwrap_or_default();
-        usage_of([
-            &self.intensity_texture,
-            &self.lookup_table.texture,
-            &self.opacities.texture,
-            &self.occlusion.texture,
-        ]) + self.bricks.usage()
+        usage_of([&self.lookup_table.texture, &self.opacities.texture, &self.occlusion.texture])
+            + self.bricks.usage()
             + usage_of_buffers(&self.ray_sums)
             + self.filtering.as_ref().map_or_else(default, FilteringResources::usage)
             + sweeping
     }
 }
 
+/// A texture that passes write and views read.
+fn written(label: &'static str, size: UVec3, format: TextureFormat, device: &RenderDevice) -> TextureAndView {
+    let descriptor = volume_texture(label, size, format, TextureUsages::STORAGE_BINDING);
+    TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
+}
+
+fn occlusion_texture(
+    texels: OcclusionTexels,
+    voxels: UVec3,
+    formats: &Formats,
+    device: &RenderDevice,
+) -> TextureAndView {
+    written("contextual_ao_occlusion", texels.size(voxels), texels.format(formats), device)
+}
+
 /// Allocates and frees, before materials bind what there is.
 pub(crate) fn prepare_resources(
     scene: Res<ExtractedScene>,
-    gpu_volumes: Res<RenderAssets<GpuVolume>>,
     formats: Res<Formats>,
     device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
     mut volumes: ResMut<VolumeStore>,
     mut clip_maps: ResMut<ClipMaps>,
 ) {
-    clip_maps.update(&scene, &device);
-    volumes.update(&scene, &gpu_volumes, &formats, &device);
+    clip_maps.update(&scene, &device, &queue);
+    volumes.update(&scene, &formats, &device, &queue);
 }

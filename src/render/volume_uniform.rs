@@ -90,7 +90,7 @@ impl VolumeUniform {
             largest_stored: largest_stored as f32,
             table_first: lo as f32,
             table_density: table_density as f32,
-            occlusion_exponent: (volume.occlusion.step_mm.max(0.0) as f64 / unit) as f32,
+            occlusion_exponent: (volume.occlusion.step_length_mm(geometry) / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
             depth_map_size: depth_map_size as f32,
@@ -146,7 +146,7 @@ pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
     let geometry = &volume.geometry;
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
     let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
-    let step = volume.occlusion.step_mm.max(0.0) as f64;
+    let step = volume.occlusion.step_length_mm(geometry);
     let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
     let mut rays = volume.occlusion.rays(geometry);
     if let OcclusionMethod::Progressive(_) = volume.occlusion.method {
@@ -219,7 +219,7 @@ mod tests {
         let volume = Volume::new(UVec3::new(2, 1, 1), DAffine3::IDENTITY, intensities, Rescale::default());
         let points = points.map(|(at, opacity)| ControlPoint { value: at as f32, color: [1.0; 3], opacity });
         let function = TransferFunction::new(points.into(), 1.0).expect("valid points");
-        let table = LookupTable::bake(&function, &volume.expect("two voxels"), 0, 0);
+        let table = LookupTable::bake(&function, &volume.expect("two voxels"));
         let density = (LookupTable::ENTRIES - 1) as f64 / (table.stored_range[1] - table.stored_range[0]);
         let visible = visible_intensities(&table, largest, density);
         for stored in lo..=hi {

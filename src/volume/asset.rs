@@ -1,6 +1,6 @@
 //! The volume itself: a grid of stored intensities with its place in the patient.
 
-use std::fmt;
+use std::{fmt, sync::Arc};
 
 use bevy::math::{DAffine3, UVec3, Vec3};
 
@@ -78,13 +78,14 @@ impl Default for Rescale {
     }
 }
 
-/// A scalar volume: a grid of intensities and its place in the patient.
+/// A scalar volume: a grid of intensities and its place in the patient. Copies share the intensities.
 #[derive(Clone, Debug, PartialEq, bevy::asset::Asset, bevy::reflect::TypePath)]
 pub struct Volume {
     dimensions: UVec3,
     grid_to_patient: DAffine3,
     spacing_mm: Vec3,
-    intensities: Intensities,
+    /// Shared by all copies.
+    intensities: Arc<Intensities>,
     stored_range: [u16; 2],
     rescale: Rescale,
 }
@@ -123,7 +124,7 @@ impl Volume {
             grid_to_patient,
             spacing_mm,
             stored_range: intensities.range(),
-            intensities,
+            intensities: Arc::new(intensities),
             rescale,
         })
     }
@@ -150,6 +151,11 @@ impl Volume {
 
     /// The stored values, x fastest.
     pub fn intensities(&self) -> &Intensities {
+        &self.intensities
+    }
+
+    /// The same, to be kept: copies of a volume share them.
+    pub(crate) fn shared_intensities(&self) -> &Arc<Intensities> {
         &self.intensities
     }
 

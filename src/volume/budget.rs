@@ -1,24 +1,22 @@
-//! What a volume may take on the graphics device, and what is done with one that takes more.
+//! What volumes may take on the graphics device, and how much a volume takes.
 
-use bevy::{
-    platform::collections::HashSet,
-    prelude::*,
-    render::{extract_resource::ExtractResource, render_resource::WgpuLimits, renderer::RenderDevice},
-};
+use bevy::{prelude::*, render::render_resource::WgpuLimits};
 
-use super::{Intensities, Volume, Volume3d, VolumeFailed};
+use super::{Intensities, LookupTable, Volume};
 
-/// How much of the graphics device's memory a volume may take.
-#[derive(Resource, ExtractResource, Reflect, Clone, Debug, PartialEq)]
+/// How much of the graphics device's memory volumes and carvers may take.
+#[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VolumeBudget {
-    /// Bytes of one volume, with its opacities, occlusion and what is kept about its bricks: 3.8 a
-    /// voxel for one of 8 bits, 4.8 for one of 16; more on a device that cannot store single bytes
-    /// (6 more). A higher budget shows larger volumes, as long as the device has the memory; it cannot
-    /// be asked how much that is.
+    /// Bytes of all that is kept for all volumes together and for the depth maps of carvers. A volume takes 3.8
+    /// bytes a voxel if it has 8 bits, 4.8 if it has 16; more on a device that cannot store single bytes (6 more),
+    /// and what its [`OcclusionMethod`](crate::occlusion::OcclusionMethod) keeps. A volume beyond it is refused or
+    /// halved; a method beyond it leaves a volume without occlusion; carvers beyond it do not carve. A higher
+    /// budget shows more, as long as the device has the memory; the device cannot be asked how much it has.
     pub most_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
-    /// resolution, or a quarter, with a warning, instead of refusing it with [`VolumeFailed`].
+    /// resolution, or a quarter, with a warning, instead of refusing it with
+    /// [`VolumeFailed`](super::VolumeFailed).
     pub halves: bool,
 }
 
@@ -28,30 +26,56 @@ impl Default for VolumeBudget {
     }
 }
 
+/// What is taken of the budget.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct BytesTaken {
+    pub by_volumes: u64,
+    /// By what occlusion methods keep beside that.
+    pub by_methods: u64,
+    /// By the depth maps of carvers.
+    pub by_carvers: u64,
+}
+
+/// How the device stores voxels, bytes each.
+#[derive(Resource, Clone, Copy, Debug)]
+pub(crate) struct StoredBytes {
+    /// Of an opacity or an occlusion factor.
+    pub scalar: u64,
+    /// Of an intensity of 16 bits.
+    pub intensity16: u64,
+}
+
+impl Default for StoredBytes {
+    fn default() -> Self {
+        Self { scalar: 1, intensity16: 2 }
+    }
+}
+
 /// What decides whether a volume can be shown.
 #[derive(Clone, Copy)]
 pub(crate) struct VolumeSize {
-    dimensions: UVec3,
-    bytes_per_intensity: u64,
+    pub dimensions: UVec3,
+    bytes_per_voxel: u64,
 }
 
 impl VolumeSize {
-    pub fn of(volume: &Volume) -> Self {
-        let bytes_per_intensity = match volume.intensities() {
+    /// With intensities, opacities and occlusion factors.
+    pub fn of(volume: &Volume, stored: StoredBytes) -> Self {
+        let intensity = match volume.intensities() {
             Intensities::U8(_) => 1,
-            Intensities::U16(_) => 2,
+            Intensities::U16(_) => stored.intensity16,
         };
-        Self { dimensions: volume.dimensions(), bytes_per_intensity }
+        Self { dimensions: volume.dimensions(), bytes_per_voxel: intensity + 2 * stored.scalar }
     }
 
     fn halved(self) -> Self {
         Self { dimensions: self.dimensions.map(|voxels| voxels.div_ceil(2)), ..self }
     }
 
-    /// With two more volumes of a byte a voxel, and what is kept about bricks.
-    fn bytes(self) -> u64 {
+    /// All that is kept for the volume, but for its occlusion method.
+    pub fn bytes(self) -> u64 {
         let voxels = self.dimensions.as_u64vec3().element_product();
-        voxels * (2 + self.bytes_per_intensity) + self.bricks() * Self::BYTES_PER_BRICK
+        voxels * self.bytes_per_voxel + self.bricks() * Self::BYTES_PER_BRICK + Self::BYTES_OF_TABLES
     }
 
     /// Bricks of 4x4x4 voxels.
@@ -62,43 +86,94 @@ impl VolumeSize {
     /// What the buffers hold of every brick, and the largest of them.
     const BYTES_PER_BRICK: u64 = 52;
     const MOST_BYTES_PER_BRICK: u64 = 24;
+    /// The lookup table of three rows, how many entries before each have opacity, and the heads of the lists.
+    const BYTES_OF_TABLES: u64 =
+        3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 2 * 32;
+}
+
+/// A volume does not fit, with what would.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{dimensions} voxels {limit}{}", would_fit.map_or_else(String::new, |dimensions| {
+    format!("; {dimensions} would fit, which VolumeBudget::halves allows")
+}))]
+pub struct TooLarge {
+    /// Its voxels.
+    pub dimensions: UVec3,
+    /// What it exceeds.
+    pub limit: SizeLimit,
+    /// The voxels that are left after as many halvings as it takes to fit, if any do.
+    pub would_fit: Option<UVec3>,
+}
+
+/// What limits the size of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SizeLimit {
+    /// Texels of a 3D texture along an axis.
+    #[error("are too many: this graphics device holds at most {most} along each axis")]
+    Texture {
+        /// What the device has.
+        most: u32,
+    },
+    /// Bytes of a storage buffer.
+    #[error("need a buffer of {needed} bytes: this graphics device binds at most {most}")]
+    Buffer {
+        /// What the volume needs.
+        needed: u64,
+        /// What the device has.
+        most: u64,
+    },
+    /// Bytes of [`VolumeBudget`].
+    #[error(
+        "take {} MiB on the graphics device beside {} MiB that are taken, and VolumeBudget allows {} MiB",
+        mib(*.needed), mib(*.taken), mib(*.most)
+    )]
+    Budget {
+        /// What the volume needs.
+        needed: u64,
+        /// What others have.
+        taken: u64,
+        /// What the budget allows.
+        most: u64,
+    },
+}
+
+/// Whole MiB, rounded up.
+fn mib(bytes: u64) -> u64 {
+    bytes.div_ceil(1 << 20)
 }
 
 impl VolumeBudget {
-    /// Why a volume cannot be shown, if it cannot; `device` is what it can hold.
-    pub(crate) fn check(&self, size: VolumeSize, device: &WgpuLimits) -> Result<(), String> {
-        let dimensions = size.dimensions;
-        let most_per_axis = device.max_texture_dimension_3d;
-        if dimensions.max_element() > most_per_axis {
-            return Err(format!(
-                "{dimensions} voxels: this graphics device holds at most {most_per_axis} along each axis"
-            ));
+    /// What keeps a volume from being shown, if anything does. `device` is what it can hold, `taken` are the bytes
+    /// that others have.
+    pub(crate) fn check(&self, size: VolumeSize, device: &WgpuLimits, taken: u64) -> Result<(), SizeLimit> {
+        let most = device.max_texture_dimension_3d;
+        if size.dimensions.max_element() > most {
+            return Err(SizeLimit::Texture { most });
         }
-        let buffer = size.bricks() * VolumeSize::MOST_BYTES_PER_BRICK;
-        let most_in_buffer = device.max_storage_buffer_binding_size;
-        if buffer > most_in_buffer {
-            return Err(format!(
-                "{dimensions} voxels need a buffer of {buffer} bytes: this graphics device binds at most \
-                 {most_in_buffer}"
-            ));
+        let (needed, most) =
+            (size.bricks() * VolumeSize::MOST_BYTES_PER_BRICK, device.max_storage_buffer_binding_size);
+        if needed > most {
+            return Err(SizeLimit::Buffer { needed, most });
         }
-        if size.bytes() > self.most_bytes {
-            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-            return Err(format!(
-                "{dimensions} voxels take {} MiB on the graphics device, and VolumeBudget allows {} MiB",
-                mib(size.bytes()),
-                mib(self.most_bytes)
-            ));
+        let (needed, most) = (size.bytes(), self.most_bytes);
+        if taken.saturating_add(needed) > most {
+            return Err(SizeLimit::Budget { needed, taken, most });
         }
         Ok(())
     }
 
     /// How often a volume has to be halved to be shown, and its size then; `None` if not even one
     /// voxel can be.
-    fn halvings(&self, mut size: VolumeSize, device: &WgpuLimits) -> Option<(u32, UVec3)> {
+    pub(crate) fn halvings(
+        &self,
+        mut size: VolumeSize,
+        device: &WgpuLimits,
+        taken: u64,
+    ) -> Option<(u32, VolumeSize)> {
         for halvings in 0.. {
-            if self.check(size, device).is_ok() {
-                return Some((halvings, size.dimensions));
+            if self.check(size, device, taken).is_ok() {
+                return Some((halvings, size));
             }
             if size.dimensions == UVec3::ONE {
                 break;
@@ -109,96 +184,28 @@ impl VolumeBudget {
     }
 }
 
-/// What is shown of a [`Volume3d`].
-#[derive(Component)]
-pub(crate) struct ShownVolume {
-    of: AssetId<Volume>,
-    budget: VolumeBudget,
-    /// The volume itself, or a smaller one; `None` if it cannot be shown.
-    pub volume: Option<Handle<Volume>>,
-}
-
-/// Decides what is shown of volumes that came or changed.
-pub(super) fn fit_volumes(
-    mut commands: Commands,
-    mut events: MessageReader<AssetEvent<Volume>>,
-    entities: Query<(Entity, &Volume3d, Option<&ShownVolume>)>,
-    orphans: Query<Entity, (With<ShownVolume>, Without<Volume3d>)>,
-    budget: Res<VolumeBudget>,
-    device: Option<Res<RenderDevice>>,
-    mut volumes: ResMut<Assets<Volume>>,
-) {
-    let modified: HashSet<_> = events
-        .read()
-        .filter_map(|event| match event {
-            AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
-            _ => None,
-        })
-        .collect();
-    // Without a device nothing is drawn, and nothing is too large.
-    let unlimited = || WgpuLimits {
-        max_texture_dimension_3d: u32::MAX,
-        max_storage_buffer_binding_size: u64::MAX,
-        ..default()
-    };
-    let limits = device.map_or_else(unlimited, |device| device.limits());
-    for (entity, handle, shown) in &entities {
-        let id = handle.id();
-        let is_current = shown.is_some_and(|shown| shown.of == id);
-        if is_current && !modified.contains(&id) && shown.is_some_and(|shown| shown.budget == *budget) {
-            continue;
-        }
-        let Some(volume) = volumes.get(id) else {
-            commands.entity(entity).try_remove::<ShownVolume>();
-            continue;
-        };
-        let size = VolumeSize::of(volume);
-        let volume = match budget.check(size, &limits) {
-            Ok(()) => {
-                if is_current && shown.is_some_and(|shown| shown.volume.as_ref() != Some(&handle.0)) {
-                    // The renderer passed it over: marked as changed, it is seen anew, and shown
-                    // in the next frame.
-                    volumes.get_mut(id).as_deref_mut();
-                    commands.entity(entity).try_remove::<ShownVolume>();
-                    continue;
-                }
-                Some(handle.0.clone())
-            }
-            Err(reason) => match budget.halvings(size, &limits) {
-                Some((halvings, dimensions)) if budget.halves => {
-                    warn!("{reason}: {dimensions} voxels are shown on {entity}");
-                    let fitted = (1..halvings).fold(volume.halved(), |volume, _| volume.halved());
-                    Some(volumes.add(fitted))
-                }
-                would_fit => {
-                    let would_fit = would_fit.map_or_else(String::new, |(_, dimensions)| {
-                        format!("; {dimensions} would fit, which VolumeBudget::halves allows")
-                    });
-                    commands.trigger(VolumeFailed { entity, error: reason + &would_fit });
-                    None
-                }
-            },
-        };
-        commands.entity(entity).try_insert(ShownVolume { of: id, budget: budget.clone(), volume });
-    }
-    for entity in &orphans {
-        commands.entity(entity).try_remove::<ShownVolume>();
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_volume_beyond_the_largest_buffer_is_refused_by_name() {
-        let size = VolumeSize { dimensions: UVec3::splat(512), bytes_per_intensity: 1 };
+        let size = VolumeSize { dimensions: UVec3::splat(512), bytes_per_voxel: 3 };
         let small = WgpuLimits { max_storage_buffer_binding_size: 1 << 20, ..default() };
         let budget = VolumeBudget::default();
-        let refused = budget.check(size, &small).expect_err("its masks have 48 MiB");
-        assert!(refused.contains("buffer of 50331648 bytes"), "{refused}");
-        let fits = budget.halvings(size, &small).expect("a quarter fits");
-        assert_eq!(fits, (2, UVec3::splat(128)));
-        assert_eq!(budget.check(size, &WgpuLimits::default()), Ok(()));
+        let refused = budget.check(size, &small, 0).expect_err("its masks have 48 MiB");
+        assert_eq!(refused, SizeLimit::Buffer { needed: 50_331_648, most: 1 << 20 });
+        let (halvings, fits) = budget.halvings(size, &small, 0).expect("a quarter fits");
+        assert_eq!((halvings, fits.dimensions), (2, UVec3::splat(128)));
+        assert_eq!(budget.check(size, &WgpuLimits::default(), 0), Ok(()));
+    }
+
+    #[test]
+    fn what_others_take_counts() {
+        let size = VolumeSize { dimensions: UVec3::splat(64), bytes_per_voxel: 3 };
+        let budget = VolumeBudget { most_bytes: 2 * size.bytes(), halves: false };
+        assert_eq!(budget.check(size, &default(), size.bytes()), Ok(()));
+        let refused = budget.check(size, &default(), size.bytes() + 1).expect_err("a byte too many");
+        assert!(refused.to_string().contains("VolumeBudget allows 3 MiB"), "{refused}");
     }
 }

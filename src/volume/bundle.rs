@@ -1,33 +1,28 @@
-//! The components that put a volume into a scene, and the events about it.
+//! The components that put a volume into a scene.
 
-use bevy::{
-    asset::{AssetLoadError, AssetLoadFailedEvent, AssetPath, LoadState},
-    prelude::*,
-};
+use bevy::prelude::*;
 
 use super::{TransferFunction, Volume};
 use crate::occlusion::{AmbientOcclusion, VolumeShading};
 
-/// World units per millimetre of a volume's default scale: 1 world unit is 1 m.
+/// World units per millimetre of a volume: 1 world unit is 1 m. A volume's [`Transform`] comes on top.
 pub const WORLD_UNITS_PER_MM: f32 = 0.001;
 
 /// Shows a [`Volume`] on this entity.
 ///
-/// The entity's local space is in millimetres around the volume's centre: x to the patient's left,
-/// y up (superior), z to the front (anterior), so that a patient faces a camera that looks along
-/// -z. The default [`Transform`] therefore scales by [`WORLD_UNITS_PER_MM`]; who sets another
-/// transform keeps that scale, or starts from [`VolumeBundle::with_transform`].
+/// The volume's centre is the entity's origin: x to the patient's left, y up (superior), z to the front
+/// (anterior), so that a patient faces a camera that looks along -z. A millimetre is [`WORLD_UNITS_PER_MM`]
+/// in the entity's space, so a [`Transform`] of scale 1 shows the volume at its size.
+///
+/// The volume is drawn by a child of the entity; the plugin puts no mesh and no material on the entity itself.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(
-    VolumeTransferFunction,
-    AmbientOcclusion,
-    VolumeShading,
-    OcclusionProgress,
-    Transform = Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
-    Visibility,
-)]
+#[require(VolumeTransferFunction, AmbientOcclusion, VolumeShading, OcclusionProgress, Transform, Visibility)]
 pub struct Volume3d(pub Handle<Volume>);
+
+/// The child of a [`Volume3d`] whose box the volume is drawn on.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct VolumeBox(pub Entity);
 
 /// The transfer function of a [`Volume3d`]. The default handle stands for
 /// [`TransferFunction::for_volume`], made when the volume has loaded.
@@ -56,7 +51,7 @@ pub struct VolumeBundle {
     pub occlusion: AmbientOcclusion,
     /// How it is drawn.
     pub shading: VolumeShading,
-    /// Volume space (mm) to world.
+    /// Where it is in the world.
     pub transform: Transform,
 }
 
@@ -68,7 +63,7 @@ impl VolumeBundle {
             transfer_function: default(),
             occlusion: default(),
             shading: default(),
-            transform: Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
+            transform: default(),
         }
     }
 
@@ -78,73 +73,9 @@ impl VolumeBundle {
         self
     }
 
-    /// Places the volume. The scale comes on top of [`WORLD_UNITS_PER_MM`].
+    /// Places the volume.
     pub fn with_transform(mut self, transform: Transform) -> Self {
-        self.transform = transform.with_scale(transform.scale * WORLD_UNITS_PER_MM);
+        self.transform = transform;
         self
     }
-}
-
-/// Triggered on a [`Volume3d`] entity when its volume and its transfer function have been read, and
-/// again when the volume is replaced.
-#[derive(EntityEvent, Clone, Debug)]
-pub struct VolumeLoaded {
-    /// The volume's entity.
-    pub entity: Entity,
-}
-
-/// Triggered on a [`Volume3d`] entity when its volume or transfer function cannot be shown.
-#[derive(EntityEvent, Clone, Debug)]
-pub struct VolumeFailed {
-    /// The volume's entity.
-    pub entity: Entity,
-    /// What went wrong: names the file and the cause.
-    pub error: String,
-}
-
-/// Triggered on a [`Volume3d`] entity when its [`OcclusionProgress`] becomes 1.
-#[derive(EntityEvent, Clone, Debug)]
-pub struct VolumeOccluded {
-    /// The volume's entity.
-    pub entity: Entity,
-}
-
-/// Tells the entities of a volume why it cannot be shown.
-pub(super) fn report_failures(
-    mut commands: Commands,
-    mut failed: MessageReader<AssetLoadFailedEvent<Volume>>,
-    mut failed_functions: MessageReader<AssetLoadFailedEvent<TransferFunction>>,
-    asset_server: Res<AssetServer>,
-    entities: Query<(Entity, Ref<Volume3d>, Ref<VolumeTransferFunction>)>,
-) {
-    let failed: Vec<_> = failed.read().collect();
-    let failed_functions: Vec<_> = failed_functions.read().collect();
-    for (entity, volume, function) in &entities {
-        let of_volume = failed.iter().filter(|event| event.id == volume.id());
-        let of_function = failed_functions.iter().filter(|event| event.id == function.id());
-        // A file that failed before the entity came.
-        let earlier = [
-            volume.is_changed().then(|| asset_server.get_load_state(&volume.0)).flatten(),
-            function.is_changed().then(|| asset_server.get_load_state(&function.0)).flatten(),
-        ];
-        let errors = of_volume
-            .map(|event| describe(&event.path, &event.error))
-            .chain(of_function.map(|event| describe(&event.path, &event.error)))
-            .chain(earlier.iter().flatten().filter_map(|state| match state {
-                LoadState::Failed(error) => Some(first_line(error)),
-                _ => None,
-            }));
-        for error in errors {
-            commands.trigger(VolumeFailed { entity, error });
-        }
-    }
-}
-
-fn describe(path: &AssetPath, error: &AssetLoadError) -> String {
-    format!("{path}: {}", first_line(error))
-}
-
-/// Without the backtrace that Bevy may append.
-fn first_line(error: &impl ToString) -> String {
-    error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -8,8 +8,8 @@ use bevy::{
 use std::sync::Arc;
 
 use super::{
-    OcclusionProgress, ShownVolume, TransferFunction, Volume, VolumeGeometry, VolumeLoaded,
-    VolumeTransferFunction,
+    OcclusionProgress, TransferFunction, Volume, VolumeGeometry, VolumeLoaded, VolumeTransferFunction,
+    fit::ShownVolume,
 };
 
 /// The transfer function of a [`Volume3d`](super::Volume3d) over the volume's range of intensities,
@@ -23,8 +23,12 @@ pub struct LookupTable {
     pub stored_range: [f64; 2],
     /// Length, mm, over which the entries' opacity accumulates.
     pub opacity_unit_distance_mm: f32,
+    /// The volume.
+    pub volume: Volume,
     /// The volume's grid.
     pub geometry: VolumeGeometry,
+    /// The transfer function that this was made of.
+    function: AssetId<TransferFunction>,
     /// Counts changes.
     pub revision: u32,
     /// Counts changes of the volume's data.
@@ -35,12 +39,7 @@ impl LookupTable {
     /// Number of entries: a 12-bit CT keeps every intensity apart.
     pub const ENTRIES: usize = 4096;
 
-    pub(crate) fn bake(
-        function: &TransferFunction,
-        volume: &Volume,
-        revision: u32,
-        volume_revision: u32,
-    ) -> Self {
+    pub(crate) fn bake(function: &TransferFunction, volume: &Volume) -> Self {
         let [lo, hi] = volume.stored_range().map(f64::from);
         // Only where the function varies: a narrow window of a 16-bit volume gets all entries. One
         // intensity more at either end, so that a step there has both its sides.
@@ -65,54 +64,57 @@ impl LookupTable {
             stored_range: [start, start + last * step],
             opacity_unit_distance_mm: function.opacity_unit_distance_mm,
             geometry: VolumeGeometry::of(volume),
-            revision,
-            volume_revision,
+            volume: volume.clone(),
+            function: AssetId::default(),
+            revision: 0,
+            volume_revision: 0,
         }
     }
 }
 
-/// Bakes the table of every volume whose data or transfer function changed, and takes it from
-/// those that cannot (or can no longer) be shown.
+/// Bakes the table of every volume whose data or transfer function changed, and takes it from those that can no
+/// longer be shown. A table stays until the volume and the transfer function of the next one are there.
 pub(super) fn bake_lookup_tables(
     mut commands: Commands,
     mut function_events: MessageReader<AssetEvent<TransferFunction>>,
     volumes: Res<Assets<Volume>>,
     functions: Res<Assets<TransferFunction>>,
-    entities: Query<(Entity, Ref<ShownVolume>, Ref<VolumeTransferFunction>, Option<&LookupTable>)>,
+    entities: Query<(Entity, &ShownVolume, &VolumeTransferFunction, Option<&LookupTable>)>,
     orphans: Query<Entity, (With<LookupTable>, Without<ShownVolume>)>,
 ) {
     let changed_functions: HashSet<_> = function_events.read().filter_map(changed).collect();
-    for (entity, volume, function, table) in &entities {
-        let volume_changed = volume.is_changed();
-        let changed = volume_changed || function.is_changed() || changed_functions.contains(&function.id());
-        if table.is_some() && !changed {
+    for (entity, shown, function, table) in &entities {
+        let Some(handle) = &shown.volume else {
+            if table.is_some() {
+                commands.entity(entity).try_remove::<LookupTable>().try_insert(OcclusionProgress(0.0));
+            }
+            continue;
+        };
+        let id = function.id();
+        let shows_volume = table.is_some_and(|table| table.volume_revision == shown.revision);
+        let is_current = table.is_some_and(|table| table.function == id) && !changed_functions.contains(&id);
+        if shows_volume && is_current {
             continue;
         }
-        let baked = volume.volume.as_ref().and_then(|volume| {
-            let volume = volumes.get(volume)?;
-            let function = if function.0 == Handle::default() {
-                &TransferFunction::for_volume(volume)
-            } else {
-                functions.get(&function.0)?
-            };
-            let (revision, volume_revision) = table.map_or((0, 0), |table| {
-                (table.revision + 1, table.volume_revision + u32::from(volume_changed))
-            });
-            Some(LookupTable::bake(function, volume, revision, volume_revision))
-        });
-        match baked {
-            Some(baked) => {
-                let is_new = table.is_none() || volume_changed;
-                commands.entity(entity).try_insert((baked, OcclusionProgress(0.0)));
-                if is_new {
-                    commands.trigger(VolumeLoaded { entity });
-                }
-            }
-            None if table.is_some() => {
-                let mut entity = commands.entity(entity);
-                entity.try_remove::<LookupTable>().try_insert(OcclusionProgress(0.0));
-            }
-            None => {}
+        let Some(volume) = volumes.get(handle) else {
+            continue;
+        };
+        let baked = if id == AssetId::default() {
+            LookupTable::bake(&TransferFunction::for_volume(volume), volume)
+        } else if let Some(function) = functions.get(id) {
+            LookupTable::bake(function, volume)
+        } else {
+            continue;
+        };
+        let baked = LookupTable {
+            function: id,
+            revision: table.map_or(0, |table| table.revision + 1),
+            volume_revision: shown.revision,
+            ..baked
+        };
+        commands.entity(entity).try_insert((baked, OcclusionProgress(0.0)));
+        if !shows_volume {
+            commands.trigger(VolumeLoaded { entity });
         }
     }
     for entity in &orphans {

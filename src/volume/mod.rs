@@ -5,6 +5,8 @@ mod asset;
 mod budget;
 mod bundle;
 mod error;
+mod events;
+mod fit;
 mod geometry;
 mod halve;
 mod loaders;
@@ -18,13 +20,12 @@ mod transfer_function;
 use bevy::{asset::AssetEventSystems, prelude::*};
 
 pub use asset::{Intensities, Rescale, Volume};
-pub use budget::VolumeBudget;
-pub(crate) use budget::{ShownVolume, VolumeSize};
-pub use bundle::{
-    OcclusionProgress, Volume3d, VolumeBundle, VolumeFailed, VolumeLoaded, VolumeOccluded,
-    VolumeTransferFunction, WORLD_UNITS_PER_MM,
-};
+pub(crate) use budget::{BytesTaken, StoredBytes};
+pub use budget::{SizeLimit, TooLarge, VolumeBudget};
+pub(crate) use bundle::VolumeBox;
+pub use bundle::{OcclusionProgress, Volume3d, VolumeBundle, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 pub use error::{VolumeError, VolumeFileError};
+pub use events::{VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded};
 pub use geometry::VolumeGeometry;
 pub(crate) use geometry::longest_stretch;
 pub use loaders::{TransferFunctionLoader, VolumeLoader};
@@ -52,14 +53,17 @@ impl Plugin for VolumePlugin {
             .init_asset_loader::<VolumeLoader>()
             .init_asset_loader::<TransferFunctionLoader>()
             .init_resource::<VolumeBudget>()
+            .init_resource::<BytesTaken>()
+            .init_resource::<StoredBytes>()
+            .init_resource::<fit::HalvedVolumes>()
+            .add_observer(events::log_failures)
             .add_systems(
                 PostUpdate,
                 // Before asset events go out, so that what is made of a table reaches the renderer
                 // in the same frame as the table.
                 (
-                    (budget::fit_volumes, lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake))
-                        .chain(),
-                    bundle::report_failures,
+                    (fit::fit_volumes, lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake)).chain(),
+                    events::report_unreadable,
                 )
                     .before(AssetEventSystems),
             );

@@ -30,7 +30,7 @@ fn app() -> Headless {
         app.init_resource::<Seen>()
             .add_observer(|_: On<VolumeLoaded>, mut seen: ResMut<Seen>| seen.loaded += 1)
             .add_observer(|event: On<VolumeFailed>, mut seen: ResMut<Seen>| {
-                seen.failed.push(event.error.clone())
+                seen.failed.push(event.reason.to_string())
             });
     })
 }

@@ -6,7 +6,7 @@ use bevy::{
 };
 use bevy_contextual_ao::{
     prelude::*,
-    volume::{Intensities, LookupTable, Rescale, WORLD_UNITS_PER_MM},
+    volume::{Intensities, LookupTable, Rescale},
 };
 
 use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp};
@@ -64,7 +64,7 @@ fn what_is_scaled_to_nothing_comes_back() {
     let volume = scene.volume;
     scene.world().entity_mut(volume).insert(Transform::from_scale(Vec3::ZERO));
     scene.headless.frame();
-    scene.world().entity_mut(volume).insert(Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)));
+    scene.world().entity_mut(volume).insert(Transform::default());
     scene.move_carver(carver, place(6.0).with_scale(Vec3::ZERO));
     scene.headless.frame();
     assert_eq!(different(&without, &scene.headless.image(), 0), 0, "the volume is stuck");
@@ -80,7 +80,7 @@ fn a_mirrored_volume_is_the_mirror_image() {
         world.get_mut::<VolumeShading>(volume).expect("shading").jitter = false;
         let camera = world.query_filtered::<Entity, With<Camera3d>>().single(world).expect("one camera");
         world.entity_mut(camera).insert(Transform::from_xyz(0.0, 0.03, 0.06).looking_at(Vec3::ZERO, Vec3::Y));
-        world.entity_mut(volume).insert(Transform::from_scale(scale * WORLD_UNITS_PER_MM));
+        world.entity_mut(volume).insert(Transform::from_scale(scale));
         scene.settle();
         scene.headless.image()
     };
@@ -125,7 +125,12 @@ fn settings_out_of_range_are_brought_into_it() {
     scene.settle();
     let volume = scene.volume;
     for (steps, step_mm) in [(2, f32::NAN), (2, -3.0), (2, f32::INFINITY), (0, 1.0)] {
-        let settings = AmbientOcclusion { pattern: RayPattern::Fibonacci(0), steps, step_mm, ..default() };
+        let settings = AmbientOcclusion {
+            pattern: RayPattern::Fibonacci(0),
+            steps,
+            step_mm: Some(step_mm),
+            ..default()
+        };
         scene.world().entity_mut(volume).insert(settings);
         scene.settle();
     }

@@ -9,13 +9,10 @@ use bevy::{
     math::DVec3,
     prelude::*,
 };
-use bevy_contextual_ao::{
-    diagnostics::SPAN_DIRECT, occlusion::DirectOcclusion, prelude::*, volume::WORLD_UNITS_PER_MM,
-};
+use bevy_contextual_ao::{diagnostics::SPAN_DIRECT, occlusion::DirectOcclusion, prelude::*};
 
 use crate::scene::{
-    IMAGE, TestScene, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp, solid_volume,
-    translucent_ramp,
+    IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, solid_volume, translucent_ramp,
 };
 use reference::Reference;
 
@@ -339,7 +336,7 @@ fn cameras_and_volumes_share_buffers_but_nothing_else() {
     scene.world().entity_mut(second).despawn();
 
     // A second volume, hidden by the first, shows nowhere; beside it, in front of nothing, it does.
-    let hidden = in_world_units(Transform::from_translation(-pose.translation / WORLD_UNITS_PER_MM * 0.9));
+    let hidden = Transform::from_translation(-pose.translation * 0.9);
     let data = folded_volume(UVec3::splat(12), DVec3::ONE);
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(data);
@@ -351,7 +348,7 @@ fn cameras_and_volumes_share_buffers_but_nothing_else() {
     scene.settle();
     scene.headless.frame();
     let visible = different(&scene.headless.image(), &alone);
-    let in_front = in_world_units(Transform::from_translation(pose.translation / WORLD_UNITS_PER_MM * 0.5));
+    let in_front = Transform::from_translation(pose.translation * 0.5);
     scene.world().entity_mut(behind).insert(in_front);
     scene.headless.frames(2);
     let covering = different(&scene.headless.image(), &alone);

@@ -108,7 +108,7 @@ const TOLERANCE: f64 = 0.5 / 255.0 + 2e-4;
 
 /// A scene that filters, with a ball that carves if asked for.
 fn scene(volume: Volume, function: TransferFunction, carves: bool) -> TestScene {
-    let occlusion = AmbientOcclusion { step_mm: 1.0, ..default() };
+    let occlusion = AmbientOcclusion { step_mm: Some(1.0), ..default() };
     let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
     if carves {
         // A voxel is clipped or not, so that opacities tell which.
@@ -132,14 +132,17 @@ fn filter(scene: &mut TestScene, settings: OcclusionFiltering) -> Vec<u8> {
 }
 
 fn radii(settings: &OcclusionFiltering, spacing: DVec3) -> IVec3 {
-    (f64::from(settings.radius_mm) / spacing).round().as_ivec3().clamp(IVec3::ONE, IVec3::splat(127))
+    (f64::from(settings.radius_mm.expect("set")) / spacing)
+        .round()
+        .as_ivec3()
+        .clamp(IVec3::ONE, IVec3::splat(127))
 }
 
 /// Compares all estimates for some radii.
 fn check(scene: &mut TestScene, densities: &Densities, density: DensitySource, spacing: DVec3, mm: &[f32]) {
     for &radius_mm in mm {
         for estimate in ESTIMATES {
-            let settings = OcclusionFiltering { estimate, density, radius_mm, ..default() };
+            let settings = OcclusionFiltering { estimate, density, radius_mm: Some(radius_mm), ..default() };
             let found = filter(scene, settings);
             let radii = radii(&settings, spacing);
             let expected: Vec<_> =
@@ -199,7 +202,7 @@ fn modulation_is_as_defined() {
         let settings = OcclusionFiltering {
             estimate,
             density: DensitySource::Opacity,
-            radius_mm: 2.0,
+            radius_mm: Some(2.0),
             brightness: 1.5,
             ..default()
         };
@@ -255,13 +258,13 @@ fn what_is_uniform_is_occluded_evenly() {
     // In the middle, where the box is in the grid. Of intensities that are all the same each is the lowest.
     for (estimate, expected) in ESTIMATES.into_iter().zip([0, 255, 128]) {
         for density in [DensitySource::Opacity, DensitySource::Intensity] {
-            let settings = OcclusionFiltering { estimate, density, radius_mm: 2.0, ..default() };
+            let settings = OcclusionFiltering { estimate, density, radius_mm: Some(2.0), ..default() };
             assert_eq!(filter(&mut scene, settings)[middle], expected, "{estimate:?} {density:?}");
         }
     }
     // Nothing of it has any variance, nor any gradient.
     for modulation in [OpacityModulation::Variance(0.1), OpacityModulation::Gradient(0.1)] {
-        filter(&mut scene, OcclusionFiltering { radius_mm: 2.0, modulation, ..default() });
+        filter(&mut scene, OcclusionFiltering { radius_mm: Some(2.0), modulation, ..default() });
         let drawn = scene.headless.channel(scene.volume, VolumeTexture::Occlusion, 1);
         assert_eq!(drawn[middle], 0);
     }
@@ -299,9 +302,9 @@ fn filtering_follows_changes_and_rests() {
     scene.headless.frame();
     let before = scene.status().usage;
     // Nothing that is not a number keeps it busy.
-    let settings = OcclusionFiltering { radius_mm: f32::NAN, brightness: f32::NAN, ..default() };
+    let settings = OcclusionFiltering { radius_mm: Some(f32::NAN), brightness: f32::NAN, ..default() };
     let narrow = filter(&mut scene, settings);
-    assert_eq!(narrow, filter(&mut scene, OcclusionFiltering { radius_mm: 1.0, ..default() }));
+    assert_eq!(narrow, filter(&mut scene, OcclusionFiltering { radius_mm: Some(1.0), ..default() }));
     filter(&mut scene, settings);
     scene.headless.frames(2);
     let rested = scene.status();
@@ -313,6 +316,7 @@ fn filtering_follows_changes_and_rests() {
     // A carver moves: once, and as if everything were new.
     let carver = scene.carve(Sphere::new(5.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 3.0));
     scene.settle();
+    scene.headless.frame();
     let jobs = scene.status().passes.jobs(SPAN_FILTER);
     scene.move_carver(carver, Transform::from_xyz(2.0, 3.0, 4.0));
     scene.headless.frame();

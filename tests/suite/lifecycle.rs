@@ -245,6 +245,7 @@ fn progress_can_be_watched_and_ends_with_an_event() {
         },
     );
     scene.settle();
+    scene.headless.frame();
     assert_eq!(scene.world().resource::<Occluded>().0, 1);
     assert!(SPANS.iter().any(|span| scene.status().passes.jobs(span) > 0));
 }

@@ -45,13 +45,14 @@ impl Oracle {
         let voxel_from_local = DMat4::from(self.geometry.local_from_voxel).inverse();
         let start = self.geometry.spacing_mm.length();
         let steps = occlusion.steps;
+        let step_mm = occlusion.step_length_mm(&self.geometry);
         let rays = occlusion.rays(&self.geometry);
         rays.iter()
             .map(|ray| {
                 let direction = voxel_from_local.transform_vector3(ray.direction);
                 let (mut transmittance, mut sum) = (1.0, 1.0);
                 for i in 0..steps {
-                    let distance = start + i as f64 * occlusion.step_mm as f64;
+                    let distance = start + i as f64 * step_mm;
                     transmittance *= 1.0 - self.opacity(voxel + direction * distance);
                     sum += transmittance;
                 }
@@ -65,7 +66,7 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
     let volume = folded_volume(dimensions, spacing);
     let geometry = VolumeGeometry::of(&volume);
     // The opacities as defined: transfer function at the voxel, corrected for the step, stored in a byte.
-    let exponent = (occlusion.step_mm / function.opacity_unit_distance_mm) as f64;
+    let exponent = occlusion.step_length_mm(&geometry) / f64::from(function.opacity_unit_distance_mm);
     let mut defined = Vec::new();
     for z in 0..dimensions.z {
         for y in 0..dimensions.y {
@@ -121,7 +122,7 @@ fn lao_is_as_defined_for_all_patterns() {
         RayPattern::Fibonacci(17),
     ];
     for pattern in patterns {
-        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: 1.0, ..default() };
+        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: Some(1.0), ..default() };
         check(UVec3::new(15, 13, 10), DVec3::ONE, opaque_ramp(), occlusion);
     }
 }
@@ -129,7 +130,7 @@ fn lao_is_as_defined_for_all_patterns() {
 #[test]
 fn lao_is_as_defined_for_anisotropic_spacing_and_long_steps() {
     let occlusion =
-        AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: 1.7, ..default() };
+        AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: Some(1.7), ..default() };
     check(UVec3::new(18, 11, 7), DVec3::new(0.7, 1.1, 2.5), translucent_ramp(), occlusion);
 }
 
@@ -139,7 +140,7 @@ fn lao_is_as_defined_for_512_rays_no_steps_and_one_ray() {
     for (pattern, steps) in
         [(RayPattern::Sphere512, 5), (RayPattern::Fibonacci(3), 0), (RayPattern::Fibonacci(1), 4)]
     {
-        let occlusion = AmbientOcclusion { pattern, steps, step_mm: 1.0, ..default() };
+        let occlusion = AmbientOcclusion { pattern, steps, step_mm: Some(1.0), ..default() };
         check(size, DVec3::ONE, translucent_ramp(), occlusion);
     }
 }

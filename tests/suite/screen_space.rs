@@ -25,8 +25,13 @@ const STEP: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(0.0, 10.0, 4.0)]
 const EYE: DVec3 = DVec3::new(10.0, 6.0, 34.0);
 
 /// Half of the points lie within 6 mm, as high as the step is. No blur, so that single pixels are compared.
-const SETTINGS: ScreenSpaceOcclusion =
-    ScreenSpaceOcclusion { opacity_threshold: 0.5, radius_mm: 20.0, bias_mm: 0.5, samples: 64, blur: false };
+const SETTINGS: ScreenSpaceOcclusion = ScreenSpaceOcclusion {
+    opacity_threshold: 0.5,
+    radius_mm: Some(20.0),
+    bias_mm: Some(0.5),
+    samples: 64,
+    blur: false,
+};
 
 /// Voxels of 1 mm; the blocks end between voxels.
 fn volume_of(blocks: &[Block]) -> Volume {
@@ -135,7 +140,8 @@ impl Reference<'_> {
         let towards = DVec3::new(cos, sin, 0.0);
         let tangent = (towards - normal * towards.dot(normal)).normalize();
         let bitangent = normal.cross(tangent);
-        let (radius, bias) = (f64::from(self.settings.radius_mm), f64::from(self.settings.bias_mm));
+        let [radius, bias] =
+            [self.settings.radius_mm, self.settings.bias_mm].map(|mm| f64::from(mm.expect("set")));
         let hidden = kernel.iter().map(|offset| {
             let offset = radius * offset.as_dvec3();
             let point = center + tangent * offset.x + bitangent * offset.y + normal * offset.z;
@@ -260,7 +266,7 @@ fn of_several_volumes_the_nearest_counts() {
 
 #[test]
 fn a_carved_pocket_is_dark_and_leaves_no_trace() {
-    let settings = ScreenSpaceOcclusion { radius_mm: 12.0, blur: true, ..SETTINGS };
+    let settings = ScreenSpaceOcclusion { radius_mm: Some(12.0), blur: true, ..SETTINGS };
     let mut scene = scene(volume_of(&[SLAB]), settings);
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert(looking_from(DVec3::new(0.0, 0.0, 30.0)));
@@ -377,8 +383,8 @@ fn nothing_is_done_where_it_is_off() {
     scene.set_mode(ShadingMode::Cao);
     for nothing in [
         ScreenSpaceOcclusion { samples: 0, ..SETTINGS },
-        ScreenSpaceOcclusion { radius_mm: f32::NAN, ..SETTINGS },
-        ScreenSpaceOcclusion { bias_mm: 1e30, ..SETTINGS },
+        ScreenSpaceOcclusion { radius_mm: Some(f32::NAN), ..SETTINGS },
+        ScreenSpaceOcclusion { bias_mm: Some(1e30), ..SETTINGS },
     ] {
         method(&mut scene, OcclusionMethod::ScreenSpace(nothing));
         assert!(frames(&mut scene).0 == solid, "{nothing:?} darkens");

@@ -146,7 +146,7 @@ impl Case {
             .collect();
         let occlusion = AmbientOcclusion {
             method: OcclusionMethod::Sweeping(self.sweeping),
-            step_mm: STEP_MM,
+            step_mm: Some(STEP_MM),
             sky: self.sky,
             ..default()
         };
@@ -350,7 +350,7 @@ fn settings_without_sense_are_harmless() {
     ];
     for sweeping in wild {
         let method = OcclusionMethod::Sweeping(sweeping);
-        let occlusion = AmbientOcclusion { method, step_mm: 0.0, ..default() };
+        let occlusion = AmbientOcclusion { method, step_mm: Some(0.0), ..default() };
         let volume = folded_volume(UVec3::new(9, 10, 11), DVec3::ONE);
         let mut scene = TestScene::new(volume, opaque_ramp(), occlusion, ShadingMode::Cao);
         scene.settle();

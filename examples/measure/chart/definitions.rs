@@ -50,9 +50,7 @@ impl Definitions {
 
     /// The share of the voxels in the box around each that are not denser; beyond the grid nothing is dense.
     pub fn not_denser(&self, filtering: OcclusionFiltering) -> Vec<f64> {
-        let voxels = f64::from(filtering.radius_mm) / self.geometry.spacing_mm;
-        let radius = voxels.round().clamp(DVec3::ONE, DVec3::splat(OcclusionFiltering::MOST_VOXELS.into()));
-        let radius = radius.as_ivec3();
+        let radius = filtering.radii(&self.geometry).as_ivec3();
         match filtering.density {
             DensitySource::Opacity => self.not_denser_within(radius, &self.opacities),
             DensitySource::Intensity => self.not_denser_within(radius, &self.intensities),

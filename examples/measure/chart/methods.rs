@@ -55,7 +55,11 @@ pub struct SceneScale {
 impl SceneScale {
     /// How far rays look, mm.
     fn reach_mm(&self) -> f32 {
-        self.occlusion.steps as f32 * self.occlusion.step_mm
+        self.occlusion.steps as f32 * self.step_mm()
+    }
+
+    fn step_mm(&self) -> f32 {
+        self.occlusion.step_length_mm(&self.geometry) as f32
     }
 
     /// Light from above, along the grid's axes.
@@ -114,7 +118,8 @@ impl SceneScale {
         });
         let strides = few.map(|pattern| {
             let base = self.rays(pattern);
-            let occlusion = AmbientOcclusion { steps: base.steps / 2, step_mm: 2.0 * base.step_mm, ..base };
+            let step_mm = Some(2.0 * self.step_mm());
+            let occlusion = AmbientOcclusion { steps: base.steps / 2, step_mm, ..base };
             self.of("CAO with half the steps", format!("stride {}", short(pattern)), occlusion)
         });
         let sky = few.map(|pattern| {
@@ -159,8 +164,8 @@ impl SceneScale {
         let radii = [4.0, 2.0].map(|part| self.reach_mm() / part);
         let both = estimates.into_iter().flat_map(|estimate| radii.map(|radius_mm| (estimate, radius_mm)));
         let by = |((name, estimate, density), radius_mm): (_, f32)| {
-            let settings = OcclusionFiltering { estimate, density, radius_mm, ..default() };
-            let label = format!("{name} {}", (radius_mm / self.occlusion.step_mm).round());
+            let settings = OcclusionFiltering { estimate, density, radius_mm: Some(radius_mm), ..default() };
+            let label = format!("{name} {}", (radius_mm / self.step_mm()).round());
             Setting {
                 own: Own::NotDenser,
                 ..self.by("filtering", label, OcclusionMethod::Filtering(settings))
@@ -174,8 +179,8 @@ impl SceneScale {
             let settings = ScreenSpaceOcclusion {
                 // Whatever is half as opaque as the most opaque.
                 opacity_threshold: 0.5 * self.opacity,
-                radius_mm: 0.5 * self.reach_mm(),
-                bias_mm: 0.5 * self.occlusion.step_mm,
+                radius_mm: Some(0.5 * self.reach_mm()),
+                bias_mm: Some(0.5 * self.step_mm()),
                 samples,
                 blur,
             };

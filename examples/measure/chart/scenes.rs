@@ -73,7 +73,7 @@ fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
         occlusion: AmbientOcclusion {
             pattern: RayPattern::Rubik54,
             steps: 20,
-            step_mm: spacing_mm,
+            step_mm: Some(spacing_mm),
             ..default()
         },
         shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },

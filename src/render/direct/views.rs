@@ -27,7 +27,7 @@ use crate::{
         formats::Formats,
         frame::Frame,
         pass_uniforms::WindowUniform,
-        plan::{FramePlan, Views},
+        plan::FramePlan,
         volume_bindings,
         volume_store::{VolumeResources, VolumeStore},
     },
@@ -79,7 +79,7 @@ pub(super) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
     clip_maps: Res<ClipMaps>,
-    windows: Views,
+    plan: Res<FramePlan>,
     views: Query<ViewData>,
     report: Res<ReportChannel>,
     mut passes: Passes,
@@ -92,7 +92,7 @@ pub(super) fn prepare_views(
         let (Some(settings), Some(resources)) = (volume.direct(), store.0.get(&volume.entity)) else {
             continue;
         };
-        shown.extend(windows.windows(volume).into_iter().filter_map(|view| {
+        shown.extend(plan.views_of(volume.entity).iter().filter_map(|view| {
             let slicing = Slicing::of(volume, &settings, &view.uniform)?;
             Some(Shown { volume: resources, view: view.view, window: view.uniform, slicing })
         }));

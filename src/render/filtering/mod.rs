@@ -11,7 +11,7 @@ use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 pub(crate) use passes::{FilteringJob, FilteringPasses};
 #[cfg(test)]
 pub(super) use resources::FilteringData;
-pub(crate) use resources::FilteringResources;
+pub(crate) use resources::{FilteringResources, method_bytes};
 
 /// Makes the shaders known.
 pub(super) fn add_shaders(app: &mut App) {

@@ -14,10 +14,7 @@ use super::steps::{self, Outcome, Quantity, Step};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{DensitySource, OcclusionFiltering, OcclusionMethod, OpacityModulation},
-    render::{
-        extract::ExtractedVolume,
-        textures::{largest_storage_buffer, usage_of_buffers},
-    },
+    render::{extract::ExtractedVolume, fit_occlusion::MethodBytes, textures::usage_of_buffers},
 };
 
 /// The settings as shaders read them, `Filtering` in WGSL.
@@ -41,7 +38,7 @@ impl FilteringData {
         Self {
             dimensions: volume.geometry.dimensions,
             estimate: settings.estimate as u32,
-            radii: settings.radii(volume.geometry.spacing_mm),
+            radii: settings.radii(&volume.geometry),
             is_of_intensities: (settings.density == DensitySource::Intensity).into(),
             lowest: lowest as f32,
             per_intensity: if range == 0.0 { 0.0 } else { range.recip() as f32 },
@@ -54,6 +51,12 @@ impl FilteringData {
     }
 }
 
+/// What filtering so many voxels keeps.
+pub(crate) fn method_bytes(settings: &OcclusionFiltering, dimensions: UVec3) -> MethodBytes {
+    let buffer = 4 * dimensions.as_u64vec3().element_product();
+    MethodBytes { total: 2 * buffer * steps::quantities(settings).len() as u64, largest_buffer: buffer }
+}
+
 /// Settings and buffers of one volume: two for each quantity, a word a voxel each, filtered from the one to the
 /// other.
 pub(crate) struct FilteringResources {
@@ -64,8 +67,7 @@ pub(crate) struct FilteringResources {
 }
 
 impl FilteringResources {
-    /// What a volume's method needs, of what there was as much as will do. `None` if it needs nothing, or more
-    /// than the device can bind at once.
+    /// What a volume's method needs, of what there was as much as will do. `None` if it needs nothing.
     pub fn kept(
         before: Option<Self>,
         volume: &ExtractedVolume,
@@ -77,10 +79,6 @@ impl FilteringResources {
         };
         let dimensions = volume.geometry.dimensions;
         let size = 4 * dimensions.as_u64vec3().element_product();
-        if size > largest_storage_buffer(device) {
-            warn_once!("{dimensions} voxels are too many for this graphics device to filter: no occlusion");
-            return None;
-        }
         let buffer = |label| {
             let usage = BufferUsages::STORAGE;
             let descriptor = BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };

@@ -96,7 +96,7 @@ mod tests {
     fn work_does_not_grow_with_the_radius() {
         let dimensions = UVec3::new(5, 7, 11);
         let dispatches = |radius_mm, estimate| {
-            let settings = OcclusionFiltering { radius_mm, estimate, ..default() };
+            let settings = OcclusionFiltering { radius_mm: Some(radius_mm), estimate, ..default() };
             steps(&settings).into_iter().map(|step| (step, step.invocations(dimensions))).collect::<Vec<_>>()
         };
         for estimate in [DensityEstimate::Chebyshev, DensityEstimate::Power, DensityEstimate::Gaussian] {

@@ -56,7 +56,7 @@ pub(crate) fn plan_carvers(
     }
     count_surfaces(&scene, &mut carver_passes, &mut clip_maps, &mut plan);
     let wanted = layers_wanted(&scene, &clip_maps, &mut plan);
-    clip_maps.place(&wanted);
+    clip_maps.place(&wanted, &carver_passes.device, &carver_passes.queue);
     let ClipMaps { textures: Some(textures), slots } = &mut *clip_maps else {
         return;
     };
@@ -65,8 +65,14 @@ pub(crate) fn plan_carvers(
             continue;
         };
         let influence = influence(carver, &scene);
-        if influence.reach_world <= 0.0 || !carver.is_placed {
+        let has_room = plan.cut_off.iter().all(|cut| cut.entity != carver.entity || cut.gets_layers > 0);
+        if influence.reach_world <= 0.0 || !carver.is_placed || !has_room {
             // It carves nothing.
+            continue;
+        }
+        if !is_seen(carver, &scene, &plan) {
+            // Nobody sees it; until then it is only known what its maps will take.
+            plan.carvers_wait |= slot.count.of(carver.mesh).is_none();
             continue;
         }
         plan.carvers_wait |= draw_layers(carver, slot, textures, &mut carver_passes, &mut plan).is_none();
@@ -109,7 +115,10 @@ fn count_surfaces(
         };
         slot.count.receive(&carver_passes.device);
         let key = DepthKey::of(carver, textures.depth_map_size);
-        if slot.count.is_wanted(&key)
+        // The surfaces of a mesh that deforms unseen are those that it had.
+        let is_needed = slot.count.of(carver.mesh).is_none() || is_seen(carver, scene, plan);
+        if is_needed
+            && slot.count.is_wanted(&key)
             && let Some(draw) = carver_passes.prepare(carver)
         {
             let CarverPasses { passes: Passes { count, cache, .. }, device, .. } = &*carver_passes;
@@ -119,11 +128,11 @@ fn count_surfaces(
 }
 
 /// How many layers each carver is to get whose surfaces are known. All together get no more than
-/// the arrays can have, which is enough for one each; where it is not enough, those that were
-/// spawned first get theirs.
+/// the arrays can have; where it is not enough, those that were spawned first get theirs.
 fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FramePlan) -> Vec<(Entity, u32)> {
     let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
-    let mut spare = MAX_LAYERS - scene.carvers.len() as u32;
+    let mut spare = scene.clip_capacity.most;
+    let mut others = scene.carvers.len() as u32;
     plan.cut_off.clear();
     let wanted = scene.carvers.iter().filter_map(|carver| {
         let (entity, mesh) = (carver.entity, carver.mesh);
@@ -131,8 +140,10 @@ fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FrameP
         // While the surfaces of a new mesh are being counted, the maps of the old one stay.
         let current = Some(slot.layers.count).filter(|count| *count > 0);
         let has_layers = slot.count.of(mesh).map(layers_of).or(current)?;
-        let gets_layers = has_layers.min(most).min(1 + spare);
-        spare -= gets_layers - 1;
+        // One is left for each of those behind it, as long as there are so many.
+        others = others.saturating_sub(1);
+        let gets_layers = has_layers.min(most).min(spare.saturating_sub(others).max(1)).min(spare);
+        spare -= gets_layers;
         if gets_layers < has_layers {
             plan.cut_off.push(ClipMeshCutOff { entity, mesh, has_layers, gets_layers });
         }
@@ -187,6 +198,11 @@ impl CarverPasses<'_> {
         let Self { draw, specialized, device, queue, .. } = self;
         draw.prepare(carver.mesh, camera, &source, specialized, device, queue)
     }
+}
+
+/// Whether anybody sees a volume that a carver carves.
+fn is_seen(carver: &ExtractedCarver, scene: &ExtractedScene, plan: &FramePlan) -> bool {
+    scene.volumes.iter().any(|volume| plan.sees(volume) && carver.clip_mesh.carves(volume.entity.id()))
 }
 
 /// How far a carver acts on any of the volumes that it carves.

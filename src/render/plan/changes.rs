@@ -23,18 +23,23 @@ impl Changes {
             return Self::All;
         }
         let mut past = Vec::new();
-        for &(carver, revision) in old.carvers.iter().filter(|carver| !new.carvers.contains(carver)) {
-            if new.carvers.iter().any(|(_, kept)| *kept == revision) {
-                past.push(carver);
+        for &(carver, revision) in old.carvers.iter().filter(|carver| !acts_among(carver, &new.carvers)) {
+            if let Some((now, _)) = new.carvers.iter().find(|(_, kept)| *kept == revision) {
+                past.push(carver.at_layers_of(now));
             } else if let Some(region) = carver.region() {
                 past.push(region);
             } else {
                 return Self::All;
             }
         }
-        let came = new.carvers.iter().filter(|carver| !old.carvers.contains(carver));
+        let came = new.carvers.iter().filter(|carver| !acts_among(carver, &old.carvers));
         Self::Carvers { past, present: came.map(|(carver, _)| *carver).collect() }
     }
+}
+
+/// Whether a carver with the same maps, wherever these are, acts in the same place.
+fn acts_among((carver, revision): &(CarverUniform, u64), others: &[(CarverUniform, u64)]) -> bool {
+    others.iter().any(|(other, maps)| maps == revision && carver.carves_as(other))
 }
 
 #[cfg(test)]
@@ -59,6 +64,17 @@ mod tests {
         let new = contents(&[(to, 3), rests]);
         assert_eq!(Changes::between(Some(&old), &new), carvers(&[from], &[to]));
         assert_eq!(Changes::between(Some(&new), &new), carvers(&[], &[]));
+    }
+
+    #[test]
+    fn maps_that_moved_change_nothing() {
+        let at = |place, layer| CarverUniform::at(place, Subtract).with_layers(layer, layer + 1);
+        let old = contents(&[(at(1.0, 5), 3)]);
+        let moved = contents(&[(at(1.0, 2), 3)]);
+        assert_eq!(Changes::between(Some(&old), &moved), carvers(&[], &[]));
+        // The place where the carver was is looked up where its maps are now.
+        let both = contents(&[(at(2.0, 2), 3)]);
+        assert_eq!(Changes::between(Some(&old), &both), carvers(&[at(1.0, 2)], &[at(2.0, 2)]));
     }
 
     #[test]

@@ -8,17 +8,22 @@ mod volumes;
 mod work;
 
 pub(crate) use carvers::plan_carvers;
-pub(crate) use views::Views;
+pub(crate) use views::{VolumeView, plan_views};
 pub(crate) use volumes::{VolumeJob, plan_volumes};
 
-use bevy::{platform::collections::HashMap, prelude::*};
+use bevy::{platform::collections::HashMap, prelude::*, render::sync_world::MainEntity};
 
-use super::{clip_maps::ReadyCarver, count_surfaces::CountJob, dilate::DilateJob, peel::PeelJob};
+use super::{
+    clip_maps::ReadyCarver, count_surfaces::CountJob, dilate::DilateJob, extract::ExtractedVolume,
+    peel::PeelJob,
+};
 use crate::clip::ClipMeshCutOff;
 
 /// The passes of this frame, in the order in which they are encoded.
 #[derive(Resource, Default)]
 pub(crate) struct FramePlan {
+    /// The views that see each volume; none of one that nobody sees.
+    views: HashMap<MainEntity, Vec<VolumeView>>,
     pub counts: Vec<CountJob>,
     pub depth_maps: Vec<PeelJob>,
     pub dilations: Vec<DilateJob>,
@@ -39,6 +44,16 @@ pub(crate) struct FramePlan {
 }
 
 impl FramePlan {
+    /// The views of a volume, by its entity in the main world.
+    pub fn views_of(&self, volume: MainEntity) -> &[VolumeView] {
+        self.views.get(&volume).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether anybody sees a volume: what is not seen is not computed.
+    pub fn sees(&self, volume: &ExtractedVolume) -> bool {
+        !self.views_of(volume.entity).is_empty()
+    }
+
     /// Whether every pass is waited for and timed by the clock.
     pub fn are_timed_by_clock(&self) -> bool {
         // The counters are cleared and read in the order of the frame.

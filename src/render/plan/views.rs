@@ -11,7 +11,11 @@ use bevy::{
     },
 };
 
-use crate::render::{extract::ExtractedVolume, pass_uniforms::WindowUniform};
+use super::FramePlan;
+use crate::render::{
+    extract::{ExtractedScene, ExtractedVolume},
+    pass_uniforms::WindowUniform,
+};
 
 /// A view of the scene.
 #[derive(QueryData)]
@@ -51,19 +55,25 @@ impl VolumeView {
     }
 }
 
+/// Finds the views of every volume.
+pub(crate) fn plan_views(scene: Res<ExtractedScene>, views: Views, mut plan: ResMut<FramePlan>) {
+    let placed = scene.volumes.iter().filter(|volume| volume.is_placed);
+    plan.views = placed.map(|volume| (volume.entity, views.of(volume))).collect();
+}
+
 impl Views<'_, '_> {
     /// The windows onto a volume, of those views that show it.
-    pub(crate) fn windows(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
+    fn of(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
         self.cameras
             .iter()
-            .filter(|view| shows(view.visible, volume.entity))
+            .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
             .filter_map(|view| window(view.entity, view.view, view.jitter, volume))
             .collect()
     }
 }
 
-fn shows(visible: &RenderVisibleEntities, volume: MainEntity) -> bool {
-    visible.get::<Mesh3d>().is_some_and(|meshes| meshes.iter_visible().any(|(_, mesh)| *mesh == volume))
+fn shows(visible: &RenderVisibleEntities, mesh: MainEntity) -> bool {
+    visible.get::<Mesh3d>().is_some_and(|meshes| meshes.iter_visible().any(|(_, other)| *other == mesh))
 }
 
 /// The pixels of a view in which a volume's box may be.

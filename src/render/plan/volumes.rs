@@ -11,7 +11,7 @@ use bevy::{
     },
 };
 
-use super::{FramePlan, views::Views, work::Work};
+use super::{FramePlan, work::Work};
 use crate::{
     diagnostics::{ReportChannel, SweepDistancesAlone},
     render::{
@@ -83,7 +83,6 @@ pub(crate) struct VolumePasses<'w> {
 pub(crate) fn plan_volumes(
     scene: Res<ExtractedScene>,
     volume_passes: VolumePasses,
-    views: Views,
     clip_maps: Res<ClipMaps>,
     report: Res<ReportChannel>,
     mut store: ResMut<VolumeStore>,
@@ -101,28 +100,30 @@ pub(crate) fn plan_volumes(
             continue;
         };
         let are_ready = volume_passes.passes.are_ready_for(&volume.occlusion.method);
+        // Until all carvers carve, nothing is final.
+        let is_final = are_ready && volume.has_occlusion && !plan.carvers_wait;
+        progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
+        if !plan.sees(volume) {
+            // Whatever changes meanwhile is found by comparison when it is seen again.
+            continue;
+        }
         let (device, queue) = (&*volume_passes.device, &*volume_passes.queue);
         resources.upload(volume, device, queue);
         let carvers = carvers_of(volume, &scene, &plan);
         let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
         let sizes = [clip.depth_map_size, clip.dilation_map_size()];
-        let largest = resources.largest_stored;
-        let has_occlusion = are_ready && resources.can_compute(&volume.occlusion.method);
+        let largest = resources.gpu_volume.largest_stored;
         let drawn = resources.sweeping.as_ref().and_then(SweepResources::drawn_intensities);
         let shortcuts = &scene.shortcuts;
-        let uniform =
-            VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), shortcuts);
+        let uniform = VolumeUniform::new(volume, largest, are_ready, drawn, sizes, carvers.len(), shortcuts);
         let looks_different = write_if_changed(&mut resources.uniform, uniform, device, queue);
         write_if_changed(&mut resources.carvers, table, device, queue);
-        // Until all carvers carve, nothing is final.
-        let is_final = are_ready && !plan.carvers_wait;
-        progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
         if !are_ready {
             continue;
         }
         let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
-        let windows = views.windows(volume);
-        let work = resources.advance(volume, contents, windows, looks_different, shortcuts);
+        let views = plan.views_of(volume.entity);
+        let work = resources.advance(volume, contents, views, looks_different, shortcuts);
         if work.is_some() {
             plan.volumes.extend(work.bind(resources, clip, scene.count_work, &volume_passes));
         }
@@ -141,13 +142,12 @@ fn carvers_of(
     scene: &ExtractedScene,
     plan: &FramePlan,
 ) -> Vec<(CarverUniform, u64)> {
-    let carving = scene.carvers.iter().filter(|carver| carver.clip_mesh.carves(volume.entity.id()));
-    carving
-        .filter_map(|carver| {
-            let ready = plan.carvers.get(&carver.entity)?;
-            Some((CarverUniform::new(carver, ready, volume), ready.revision))
-        })
-        .collect()
+    let carving = volume.carvers.iter().filter_map(|&(index, pose)| {
+        let carver = &scene.carvers[index];
+        let ready = plan.carvers.get(&carver.entity)?;
+        Some((CarverUniform::new(carver, ready, volume, pose), ready.revision))
+    });
+    carving.collect()
 }
 
 /// Puts a value where shaders read it, unless it is there. Returns whether it was not.

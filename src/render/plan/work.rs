@@ -39,13 +39,13 @@ impl Work {
 impl VolumeResources {
     /// Decides this frame's passes, and records their outcome: once planned, they run.
     ///
-    /// `windows` are the views of the volume, and `looks_different` says whether anything else changed
+    /// `views` are those of the volume, and `looks_different` says whether anything else changed
     /// by which they are drawn.
     pub(super) fn advance(
         &mut self,
         volume: &ExtractedVolume,
         contents: Contents,
-        windows: Vec<VolumeView>,
+        views: &[VolumeView],
         looks_different: bool,
         shortcuts: &Shortcuts,
     ) -> Work {
@@ -108,7 +108,7 @@ impl VolumeResources {
                 _ => (is_new || changes.is_some() || !shortcuts.rest).then_some(view.uniform),
             }
         };
-        let unmarked: Vec<_> = windows.iter().filter(|_| follows_views).filter_map(unread).collect();
+        let unmarked: Vec<_> = views.iter().filter(|_| follows_views).filter_map(unread).collect();
         let rays = self.rays.get();
         let all_rays = rays.len() as u32 / 2;
         let (cast, kept) = match progressive {
@@ -162,7 +162,7 @@ impl VolumeResources {
         state.progress = RayProgress { rays: cast.end, weight: found_weight };
         state.contents = Some(contents);
         state.queue = queue;
-        let marked = windows.into_iter().filter(|_| follows_views).map(|window| window.uniform);
+        let marked = views.iter().filter(|_| follows_views).map(|view| view.uniform);
         state.marked = marked.collect();
         work
     }

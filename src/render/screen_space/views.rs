@@ -28,7 +28,7 @@ use crate::{
         formats::Formats,
         pass_uniforms::WindowUniform,
         passes::Passes,
-        plan::Views,
+        plan::FramePlan,
         volume_store::{VolumeResources, VolumeStore},
     },
     volume::longest_stretch,
@@ -67,8 +67,10 @@ pub(crate) struct ViewJob {
 struct SeenVolume<'a> {
     resources: &'a VolumeResources,
     window: WindowUniform,
-    /// Lengths in world units.
     settings: ScreenSpaceOcclusion,
+    /// In world units.
+    radius: f32,
+    bias: f32,
 }
 
 /// What making the jobs takes.
@@ -88,7 +90,7 @@ pub(crate) struct JobParts<'w> {
 pub(crate) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
-    views: Views,
+    plan: Res<FramePlan>,
     cameras: Query<(&ViewTarget, Option<&ViewPrepassTextures>)>,
     mut parts: JobParts,
     mut jobs: ResMut<ScreenSpaceViews>,
@@ -97,11 +99,21 @@ pub(crate) fn prepare_views(
     let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
     let is_ready = |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
-        let (Some(settings), Some(resources)) = (settings_of(volume), store.0.get(&volume.entity)) else {
+        let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
             continue;
         };
-        for view in views.windows(volume) {
-            seen.entry(view.view).or_default().push(SeenVolume { resources, window: view.uniform, settings });
+        let Some(resources) = store.0.get(&volume.entity) else {
+            continue;
+        };
+        let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3());
+        let [radius, bias] = settings.lengths_mm(&volume.geometry).map(|mm| (mm * stretch) as f32);
+        if !volume.shading.mode.uses_occlusion() || radius <= 0.0 || settings.samples == 0 {
+            // It changes nothing.
+            continue;
+        }
+        for view in plan.views_of(volume.entity) {
+            let window = view.uniform;
+            seen.entry(view.view).or_default().push(SeenVolume { resources, window, settings, radius, bias });
         }
     }
     for (entity, volumes) in seen {
@@ -114,20 +126,6 @@ pub(crate) fn prepare_views(
     }
 }
 
-/// The settings of a volume with this method, lengths in world units; `None` if it changes nothing.
-fn settings_of(volume: &ExtractedVolume) -> Option<ScreenSpaceOcclusion> {
-    let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
-        return None;
-    };
-    let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3()) as f32;
-    let acts = volume.shading.mode.uses_occlusion() && settings.radius_mm > 0.0 && settings.samples > 0;
-    acts.then_some(ScreenSpaceOcclusion {
-        radius_mm: settings.radius_mm * stretch,
-        bias_mm: settings.bias_mm * stretch,
-        ..settings
-    })
-}
-
 impl JobParts<'_> {
     fn job(
         &mut self,
@@ -137,12 +135,11 @@ impl JobParts<'_> {
     ) -> Option<ViewJob> {
         // Where volumes differ, the view takes the most that one of them asks for.
         let settings = volumes.iter().map(|volume| volume.settings).reduce(|a, b| ScreenSpaceOcclusion {
-            radius_mm: a.radius_mm.max(b.radius_mm),
-            bias_mm: a.bias_mm.max(b.bias_mm),
             samples: a.samples.max(b.samples),
             blur: a.blur || b.blur,
             ..a
         })?;
+        let most = |length: fn(&SeenVolume) -> f32| volumes.iter().map(length).fold(0.0, f32::max);
         let window = volumes.first()?.window;
         let viewport = window.viewport;
         let size = UVec2::new(viewport.z as u32, viewport.w as u32);
@@ -150,8 +147,8 @@ impl JobParts<'_> {
             clip_from_view: window.view_from_clip.inverse(),
             view_from_clip: window.view_from_clip,
             viewport,
-            radius: settings.radius_mm,
-            bias: settings.bias_mm,
+            radius: most(|volume| volume.radius),
+            bias: most(|volume| volume.bias),
         });
         let points: Vec<_> = settings.kernel().into_iter().map(|point| point.extend(0.0)).collect();
         let mut kernel = StorageBuffer::from(points);

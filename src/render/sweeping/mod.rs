@@ -13,7 +13,7 @@ use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
 pub(crate) use geometry_term::{TABLE_ROWS, geometry_term_table};
 pub(crate) use passes::{SweepJob, SweepPasses};
-pub(crate) use resources::{SweepResources, draws_isosurface};
+pub(crate) use resources::{SweepResources, draws_isosurface, method_bytes};
 #[cfg(test)]
 pub(crate) use {
     geometry_term::SIDE,

@@ -1,7 +1,6 @@
 //! What sweeping keeps on the device for a volume, and its settings (`sweeping.wgsl`).
 
 use bevy::{
-    log::warn_once,
     prelude::*,
     render::{
         render_resource::{
@@ -15,12 +14,12 @@ use bevy::{
 use super::planes::{SweepPlane, TILE, planes, tile_counts};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{AmbientOcclusion, OcclusionMethod, OcclusionSweeping, SweepingSurface},
+    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionSweeping, SweepingSurface},
     render::{
-        OcclusionTexels,
         extract::ExtractedVolume,
+        fit_occlusion::MethodBytes,
         formats::volume_texture,
-        textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
+        textures::{TextureAndView, usage_of, usage_of_buffers},
     },
     volume::Rescale,
 };
@@ -65,16 +64,15 @@ pub(crate) struct SweepResources {
 }
 
 impl SweepResources {
-    /// Keeps what is there for a volume's settings, or makes it. There is none if the device cannot bind it.
+    /// Keeps what is there for a volume's settings, or makes it.
     pub fn keep(
         kept: &mut Option<Self>,
         settings: &OcclusionSweeping,
         volume: &ExtractedVolume,
-        texels: OcclusionTexels,
         stored: (Rescale, f64),
         device: &RenderDevice,
     ) {
-        let keeps_octants = texels == OcclusionTexels::Octants;
+        let keeps_octants = keeps_octants(settings);
         let fits = |resources: &Self| {
             resources.distances.is_some() == settings.surface.isovalue().is_some()
                 && resources.surface.is_some() == wants_isosurface(settings)
@@ -83,7 +81,7 @@ impl SweepResources {
         if !kept.as_ref().is_some_and(fits) {
             // First free, then allocate.
             *kept = None;
-            *kept = Self::new(volume.geometry.dimensions, settings, keeps_octants, device);
+            *kept = Some(Self::new(volume.geometry.dimensions, settings, device));
         }
         if let Some(resources) = kept {
             let uniform = uniform(settings, volume, keeps_octants, stored);
@@ -91,22 +89,9 @@ impl SweepResources {
         }
     }
 
-    fn new(
-        dimensions: UVec3,
-        settings: &OcclusionSweeping,
-        keeps_octants: bool,
-        device: &RenderDevice,
-    ) -> Option<Self> {
+    fn new(dimensions: UVec3, settings: &OcclusionSweeping, device: &RenderDevice) -> Self {
+        let keeps_octants = keeps_octants(settings);
         let [faces, found] = bytes_needed(dimensions, keeps_octants);
-        if !holds(dimensions, keeps_octants, device) {
-            warn_once!(
-                "occlusion sweeping of {dimensions} voxels needs {} bytes in a buffer, the device allows \
-                 {}: they are drawn without occlusion",
-                faces.max(found),
-                largest_storage_buffer(device)
-            );
-            return None;
-        }
         let voxels = dimensions.as_u64vec3().element_product();
         let tiles = tile_counts(dimensions);
         let buffer = |label, size| {
@@ -120,7 +105,7 @@ impl SweepResources {
         let mut uniforms = DynamicUniformBuffer::default();
         let all = (0..8).flat_map(|octant| planes(octant, tiles));
         let dispatches = all.map(|(plane, groups)| (uniforms.push(&plane), groups)).collect();
-        Some(Self {
+        Self {
             uniform: default(),
             planes: uniforms,
             dispatches,
@@ -141,7 +126,7 @@ impl SweepResources {
             }),
             keeps_octants,
             dimensions,
-        })
+        }
     }
 
     /// The dispatches of the sweeps from octants that bring light, or of all.
@@ -167,25 +152,31 @@ impl SweepResources {
     }
 }
 
-/// Whether a surface of a volume of so many voxels is drawn alone.
-pub(crate) fn draws_isosurface(occlusion: &AmbientOcclusion, voxels: UVec3, device: &RenderDevice) -> bool {
-    let OcclusionMethod::Sweeping(settings) = &occlusion.method else {
-        return false;
-    };
-    let keeps_octants = OcclusionTexels::of(occlusion, voxels, device) == OcclusionTexels::Octants;
-    wants_isosurface(settings) && holds(voxels, keeps_octants, device)
+/// Whether a surface of a volume is drawn alone.
+pub(crate) fn draws_isosurface(occlusion: &AmbientOcclusion) -> bool {
+    matches!(&occlusion.method, OcclusionMethod::Sweeping(settings) if wants_isosurface(settings))
 }
 
-/// Bytes of `faces` and of `found`: no buffer is larger.
+/// What sweeping so many voxels keeps.
+pub(crate) fn method_bytes(settings: &OcclusionSweeping, dimensions: UVec3) -> MethodBytes {
+    let voxels = dimensions.as_u64vec3().element_product();
+    let [faces, found] = bytes_needed(dimensions, keeps_octants(settings));
+    let distances = if settings.surface.isovalue().is_some() { 4 * voxels } else { 0 };
+    let buffers = MethodBytes::of_buffers(&[faces, found, distances]);
+    let surface = if wants_isosurface(settings) { 8 * voxels } else { 0 };
+    MethodBytes { total: buffers.total + surface, ..buffers }
+}
+
+fn keeps_octants(settings: &OcclusionSweeping) -> bool {
+    settings.geometry_term != GeometryTerm::None
+}
+
+/// Bytes of `faces` and of `found`.
 fn bytes_needed(dimensions: UVec3, keeps_octants: bool) -> [u64; 2] {
     let columns = (tile_counts(dimensions) * TILE).as_u64vec3();
     let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
     let found = if keeps_octants { 8 } else { 4 } * dimensions.as_u64vec3().element_product();
     [4 * faces, found]
-}
-
-fn holds(dimensions: UVec3, keeps_octants: bool, device: &RenderDevice) -> bool {
-    bytes_needed(dimensions, keeps_octants).iter().all(|bytes| *bytes <= largest_storage_buffer(device))
 }
 
 fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
@@ -201,7 +192,7 @@ fn uniform(
     (rescale, largest_stored): (Rescale, f64),
 ) -> SweepingUniform {
     let spacing_mm = volume.geometry.spacing_mm;
-    let step_mm = f64::from(volume.occlusion.step_mm);
+    let step_mm = volume.occlusion.step_length_mm(&volume.geometry);
     // Light takes as many steps along each axis: on average it crosses the mean of the spacings.
     let voxel_mm = spacing_mm.element_sum() / 3.0;
     let side = rescale.slope.signum();

@@ -29,13 +29,13 @@ const REACH_MM: f32 = 10.0;
 
 /// The columns of the table.
 pub fn columns() -> Vec<Column> {
-    let rays = AmbientOcclusion { steps: 9, step_mm: 1.0, ..default() };
+    let rays = AmbientOcclusion { steps: 9, step_mm: Some(1.0), ..default() };
     let of = |name, method| Column { name, occlusion: AmbientOcclusion { method, ..rays.clone() } };
     let sweeping = |geometry_term| {
         OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, gamma: 1.0, ..default() })
     };
     let filtering = |estimate| {
-        OcclusionMethod::Filtering(OcclusionFiltering { estimate, radius_mm: REACH_MM, ..default() })
+        OcclusionMethod::Filtering(OcclusionFiltering { estimate, radius_mm: Some(REACH_MM), ..default() })
     };
     let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..rays.clone() };
     vec![
@@ -50,7 +50,7 @@ pub fn columns() -> Vec<Column> {
         of(
             "screen space",
             OcclusionMethod::ScreenSpace(ScreenSpaceOcclusion {
-                radius_mm: REACH_MM,
+                radius_mm: Some(REACH_MM),
                 samples: 64,
                 ..default()
             }),

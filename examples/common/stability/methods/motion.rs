@@ -85,10 +85,10 @@ fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclus
     match &mut changed.method {
         OcclusionMethod::Rays | OcclusionMethod::Progressive(_) => {
             let start = AmbientOcclusion::start_mm(DVec3::ONE) as f32;
-            changed.step_mm = (reach_mm - start) / (changed.steps - 1) as f32;
+            changed.step_mm = Some((reach_mm - start) / (changed.steps - 1) as f32);
         }
-        OcclusionMethod::Filtering(filtering) => filtering.radius_mm = reach_mm,
-        OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = reach_mm,
+        OcclusionMethod::Filtering(filtering) => filtering.radius_mm = Some(reach_mm),
+        OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = Some(reach_mm),
         OcclusionMethod::Sweeping(_) | OcclusionMethod::Direct(_) => return None,
     }
     Some(changed)

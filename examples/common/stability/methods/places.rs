@@ -89,7 +89,7 @@ pub fn modes(occlusion: &AmbientOcclusion) -> Option<[f64; 2]> {
         return None;
     };
     const RADIUS: i64 = 3;
-    let filtering = OcclusionFiltering { radius_mm: RADIUS as f32, ..filtering };
+    let filtering = OcclusionFiltering { radius_mm: Some(RADIUS as f32), ..filtering };
     let size = UVec3::splat(16);
     let errors = [1, 3].map(|modes| {
         let mut random = Random(7);

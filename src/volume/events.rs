@@ -1,0 +1,103 @@
+//! What a user can watch of volumes: that they are there, and why they are not.
+
+use bevy::{
+    asset::{AssetLoadError, AssetLoadFailedEvent, LoadState},
+    prelude::*,
+};
+use std::sync::Arc;
+
+use super::{TransferFunction, Volume, Volume3d, VolumeFileError, VolumeTransferFunction, budget::TooLarge};
+
+/// Triggered on a [`Volume3d`] entity when its volume and its transfer function have been read, and
+/// again when the volume is replaced.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeLoaded {
+    /// The volume's entity.
+    pub entity: Entity,
+}
+
+/// Triggered on a [`Volume3d`] entity when its volume or transfer function cannot be shown. Another volume that
+/// the entity showed before stays.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeFailed {
+    /// The volume's entity.
+    pub entity: Entity,
+    /// What went wrong.
+    pub reason: VolumeFailure,
+}
+
+/// Why a volume cannot be shown: names the file, where there is one, and the cause.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeFailure {
+    /// The volume's file cannot be read.
+    #[error("{}", describe(.0))]
+    Volume(Arc<AssetLoadError>),
+    /// The transfer function's file cannot be read.
+    #[error("{}", describe(.0))]
+    TransferFunction(Arc<AssetLoadError>),
+    /// The volume is too large for the device or the budget.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
+}
+
+/// Triggered on a [`Volume3d`] entity when its [`OcclusionProgress`](super::OcclusionProgress) becomes 1.
+#[derive(EntityEvent, Clone, Debug)]
+pub struct VolumeOccluded {
+    /// The volume's entity.
+    pub entity: Entity,
+}
+
+/// The file and the cause, each once, without the backtrace that Bevy may append.
+fn describe(error: &AssetLoadError) -> String {
+    let text = match error {
+        AssetLoadError::AssetLoaderError(error) => match error.error().downcast_ref::<VolumeFileError>() {
+            // It names the file: of a header with data beside it, the one at fault.
+            Some(fault) if fault.path == error.path().path() => fault.to_string(),
+            Some(fault) => format!("{}: {fault}", error.path()),
+            None => format!("{}: {}", error.path(), error.error()),
+        },
+        error => error.to_string(),
+    };
+    text.lines().next().unwrap_or_default().to_owned()
+}
+
+/// Tells the entities of a volume why it cannot be read. Bevy has logged it.
+pub(super) fn report_unreadable(
+    mut commands: Commands,
+    mut failed: MessageReader<AssetLoadFailedEvent<Volume>>,
+    mut failed_functions: MessageReader<AssetLoadFailedEvent<TransferFunction>>,
+    asset_server: Res<AssetServer>,
+    entities: Query<(Entity, Ref<Volume3d>, Ref<VolumeTransferFunction>)>,
+) {
+    let failed: Vec<_> = failed.read().collect();
+    let failed_functions: Vec<_> = failed_functions.read().collect();
+    // A file that failed now, or before the entity came.
+    let earlier = |state: Option<LoadState>| match state {
+        Some(LoadState::Failed(error)) => Some(error),
+        _ => None,
+    };
+    for (entity, volume, function) in &entities {
+        let now = failed.iter().find(|event| event.id == volume.id());
+        let error = now.map(|event| Arc::new(event.error.clone())).or_else(|| {
+            volume.is_changed().then(|| earlier(asset_server.get_load_state(&volume.0))).flatten()
+        });
+        if let Some(error) = error {
+            commands.trigger(VolumeFailed { entity, reason: VolumeFailure::Volume(error) });
+        }
+        let now = failed_functions.iter().find(|event| event.id == function.id());
+        let error = now.map(|event| Arc::new(event.error.clone())).or_else(|| {
+            function.is_changed().then(|| earlier(asset_server.get_load_state(&function.0))).flatten()
+        });
+        if let Some(error) = error {
+            commands.trigger(VolumeFailed { entity, reason: VolumeFailure::TransferFunction(error) });
+        }
+    }
+}
+
+/// Logs failures that nobody else has logged.
+pub(super) fn log_failures(failed: On<VolumeFailed>) {
+    if let VolumeFailure::TooLarge(reason) = &failed.reason {
+        error!("the volume on {} is not shown: {reason}", failed.entity);
+    }
+}

@@ -1,0 +1,161 @@
+//! The budget is a cap, and what does not fit is told once for every volume.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{
+    occlusion::{DensityEstimate, GeometryTerm, OcclusionFallback, OpacityModulation, SweepingSurface},
+    prelude::*,
+    volume::{Intensities, Rescale},
+};
+
+use crate::common::headless::different_pixels;
+use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
+
+const SIZE: UVec3 = UVec3::new(40, 38, 36);
+
+#[derive(Resource, Default)]
+struct Told {
+    failed: Vec<(Entity, VolumeFailure)>,
+    unoccluded: Vec<OcclusionFailed>,
+    occluded: Vec<Entity>,
+}
+
+fn listen(app: &mut App) {
+    app.init_resource::<Told>()
+        .add_observer(|event: On<VolumeFailed>, mut told: ResMut<Told>| {
+            told.failed.push((event.entity, event.reason.clone()));
+        })
+        .add_observer(|event: On<OcclusionFailed>, mut told: ResMut<Told>| {
+            told.unoccluded.push(*event.event());
+        })
+        .add_observer(|event: On<VolumeOccluded>, mut told: ResMut<Told>| told.occluded.push(event.entity));
+}
+
+/// A volume of 8 or of 16 bits.
+fn volume(is_wide: bool) -> Volume {
+    let narrow = folded_volume(SIZE, DVec3::ONE);
+    let Intensities::U8(values) = narrow.intensities() else { panic!("8 bits") };
+    if !is_wide {
+        return narrow;
+    }
+    let values = values.iter().map(|value| u16::from(*value) * 256).collect();
+    let rescale = Rescale { slope: 1.0 / 256.0, intercept: 0.0 };
+    Volume::new(SIZE, narrow.grid_to_patient(), Intensities::U16(values), rescale).expect("a valid volume")
+}
+
+fn scene(is_wide: bool, method: OcclusionMethod) -> TestScene {
+    let occlusion = AmbientOcclusion { method, ..few_rays() };
+    let mut scene = TestScene::with(volume(is_wide), opaque_ramp(), occlusion, ShadingMode::Cao, listen);
+    scene.set_clip(|clip| clip.depth_map_size = 64);
+    scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
+    scene
+}
+
+/// What a scene tells with such a budget, and what it takes.
+fn with_budget(is_wide: bool, method: OcclusionMethod, most_bytes: u64) -> (usize, u64) {
+    let mut scene = scene(is_wide, method);
+    scene.world().resource_mut::<VolumeBudget>().most_bytes = most_bytes;
+    scene.headless.frames(5);
+    let told = scene.world().resource::<Told>();
+    let told = told.failed.len() + told.unoccluded.len();
+    (told, scene.status().usage.bytes)
+}
+
+#[test]
+fn the_budget_counts_what_is_allocated() {
+    let sweeping = |surface, geometry_term| {
+        OcclusionMethod::Sweeping(OcclusionSweeping { surface, geometry_term, ..default() })
+    };
+    let filtering = |estimate, modulation| {
+        OcclusionMethod::Filtering(OcclusionFiltering { estimate, modulation, ..default() })
+    };
+    let methods = [
+        OcclusionMethod::Rays,
+        OcclusionMethod::Progressive(default()),
+        sweeping(SweepingSurface::Opacity, GeometryTerm::None),
+        sweeping(SweepingSurface::Isosurface(130.0), GeometryTerm::Cosine),
+        filtering(DensityEstimate::Gaussian, OpacityModulation::None),
+        filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
+    ];
+    for (is_wide, method) in methods.into_iter().map(|method| (false, method)).chain([(true, methods[0])]) {
+        let (told, bytes) = with_budget(is_wide, method, 4 << 30);
+        assert_eq!(told, 0, "{method:?}");
+        assert_eq!(with_budget(is_wide, method, bytes), (0, bytes), "{method:?} does not fit what it takes");
+        let (told, less) = with_budget(is_wide, method, bytes - 1);
+        assert!(told > 0 && less < bytes, "{method:?}: {told} told, {less} of {bytes} bytes");
+    }
+}
+
+#[test]
+fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
+    let method = OcclusionMethod::Filtering(default());
+    let (_, bytes) = with_budget(false, OcclusionMethod::Rays, 4 << 30);
+    let mut scene = scene(false, method);
+    // Room for two volumes of this size, and for what filtering keeps of neither.
+    scene.world().resource_mut::<VolumeBudget>().most_bytes = 2 * bytes;
+    let first = scene.volume;
+    let world = scene.world();
+    let data = world.get::<Volume3d>(first).expect("a volume").clone();
+    let occlusion = AmbientOcclusion { method, ..few_rays() };
+    let second = world.spawn((data, occlusion, Transform::from_xyz(0.0, 0.0, -5.0))).id();
+    scene.headless.frames(8);
+    let told = scene.world().resource::<Told>();
+    let mut entities: Vec<_> = told.unoccluded.iter().map(|event| event.entity).collect();
+    entities.sort();
+    let mut both = [first, second];
+    both.sort();
+    assert_eq!(entities, both);
+    assert!(told.unoccluded.iter().all(|event| event.shortfall.fallback == OcclusionFallback::Unoccluded));
+    assert!(told.occluded.is_empty(), "said to be occluded: {:?}", told.occluded);
+    // It is drawn all the same, as if it were solid.
+    let image = scene.headless.image();
+    assert!(!is_empty(&image));
+    scene.set_mode(ShadingMode::Solid);
+    scene.headless.frame();
+    assert_eq!(different_pixels(&scene.headless.image(), &image), 0);
+    // With more room it gets its occlusion, and says so.
+    scene.set_mode(ShadingMode::Cao);
+    *scene.world().resource_mut::<VolumeBudget>() = default();
+    scene.headless.frames(3);
+    assert!(different_pixels(&scene.headless.image(), &image) > 500);
+    assert_eq!(scene.world().resource::<Told>().occluded.len(), 2);
+}
+
+#[test]
+fn every_failure_is_told_once_with_its_reason() {
+    let mut scene = scene(false, OcclusionMethod::Rays);
+    scene.settle();
+    let before = {
+        scene.headless.frame();
+        scene.headless.image()
+    };
+    let volume = scene.volume;
+    let missing = scene.world().resource::<AssetServer>().load::<Volume>("no_such_file.nrrd");
+    scene.world().entity_mut(volume).insert(Volume3d(missing.clone()));
+    let is_told = |scene: &mut TestScene, count: usize| {
+        for _ in 0..200 {
+            scene.headless.frame();
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            if scene.world().resource::<Told>().failed.len() >= count {
+                break;
+            }
+        }
+        scene.headless.frames(4);
+        scene.world().resource::<Told>().failed.len() == count
+    };
+    assert!(is_told(&mut scene, 1));
+    assert_eq!(different_pixels(&scene.headless.image(), &before), 0, "the old volume is gone");
+    // An entity that comes with a file that failed before is told as well, once.
+    let late = scene.world().spawn(Volume3d(missing)).id();
+    assert!(is_told(&mut scene, 2));
+    let function = scene.world().resource::<AssetServer>().load::<TransferFunction>("no_such_function.vp");
+    scene.world().entity_mut(volume).insert(VolumeTransferFunction(function));
+    assert!(is_told(&mut scene, 3));
+    let told = &scene.world().resource::<Told>().failed;
+    assert!(matches!(&told[0], (entity, VolumeFailure::Volume(_)) if *entity == volume));
+    assert!(matches!(&told[1], (entity, VolumeFailure::Volume(_)) if *entity == late));
+    assert!(matches!(&told[2], (entity, VolumeFailure::TransferFunction(_)) if *entity == volume));
+    for (_, reason) in told {
+        let text = reason.to_string();
+        assert_eq!(text.matches("no_such_f").count(), 1, "`{text}` names the file once");
+    }
+}

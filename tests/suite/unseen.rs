@@ -1,0 +1,75 @@
+//! What nobody sees costs nothing, and the first frame in which it is seen is right.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::prelude::*;
+
+use crate::common::headless::different_pixels;
+use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
+
+/// Ways of not being seen, each with its way back.
+const WAYS: [(&str, fn(&mut TestScene, bool)); 3] = [
+    ("hidden", |scene, is_seen| {
+        let volume = scene.volume;
+        let visibility = if is_seen { Visibility::Inherited } else { Visibility::Hidden };
+        scene.world().entity_mut(volume).insert(visibility);
+    }),
+    ("camera off", |scene, is_seen| {
+        let camera = scene.camera();
+        scene.world().get_mut::<Camera>(camera).expect("a camera").is_active = is_seen;
+    }),
+    ("camera turned away", |scene, is_seen| {
+        let camera = scene.camera();
+        let place = scene.world().get::<Transform>(camera).expect("a camera").translation;
+        let target = if is_seen { Vec3::ZERO } else { 2.0 * place };
+        let view = Transform::from_translation(place).looking_at(target, Vec3::Y);
+        scene.world().entity_mut(camera).insert(view);
+    }),
+];
+
+fn at(step: u32) -> Transform {
+    Transform::from_xyz(4.0 - 0.5 * step as f32, 3.0, 4.0)
+}
+
+fn carved(occlusion: &AmbientOcclusion, mode: ShadingMode) -> (TestScene, Entity) {
+    let volume = folded_volume(UVec3::new(22, 20, 18), DVec3::ONE);
+    let mut scene = TestScene::new(volume, opaque_ramp(), occlusion.clone(), mode);
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(0));
+    scene.settle();
+    scene.headless.frame();
+    (scene, carver)
+}
+
+fn check(occlusion: AmbientOcclusion, mode: ShadingMode) {
+    let name = format!("{} {}", occlusion.method.name(), mode.name());
+    // Progressive rays take their frames.
+    let frames = if matches!(occlusion.method, OcclusionMethod::Progressive(_)) { 11 } else { 1 };
+    let (mut fresh, carver) = carved(&occlusion, mode);
+    fresh.move_carver(carver, at(5));
+    fresh.headless.frames(frames);
+    let (mut scene, carver) = carved(&occlusion, mode);
+    for (way, set_seen) in WAYS {
+        scene.move_carver(carver, at(0));
+        scene.headless.frame();
+        set_seen(&mut scene, false);
+        scene.headless.frames(2);
+        let before = scene.status().passes;
+        for step in 1..=5 {
+            scene.move_carver(carver, at(step));
+            scene.headless.frame();
+        }
+        scene.headless.frame();
+        assert_eq!(scene.status().passes, before, "{name}, {way}: computed for nobody");
+        set_seen(&mut scene, true);
+        scene.headless.frames(frames);
+        let wrong = different_pixels(&scene.headless.image(), &fresh.headless.image());
+        assert_eq!(wrong, 0, "{name}, {way}: wrong when it is seen");
+    }
+}
+
+#[test]
+fn unseen_volumes_cost_nothing_and_come_back_right() {
+    for method in OcclusionMethod::all() {
+        check(AmbientOcclusion { method, ..few_rays() }, ShadingMode::Cao);
+    }
+    check(few_rays(), ShadingMode::Lao);
+}
