@@ -87,6 +87,7 @@ pub struct Volume {
     intensities: Intensities,
     stored_range: [u16; 2],
     rescale: Rescale,
+    background_voxels: u64,
 }
 
 impl Volume {
@@ -125,7 +126,13 @@ impl Volume {
             stored_range: intensities.range(),
             intensities,
             rescale,
+            background_voxels: 0,
         })
+    }
+
+    /// This volume, of a file in which so many voxels were no finite numbers.
+    pub(crate) fn with_background_voxels(self, background_voxels: u64) -> Self {
+        Self { background_voxels, ..self }
     }
 
     /// Voxels along x, y and z; none is zero.
@@ -151,6 +158,14 @@ impl Volume {
     /// The stored values, x fastest.
     pub fn intensities(&self) -> &Intensities {
         &self.intensities
+    }
+
+    /// Voxels that the file gives as NaN or infinite, as resampling does outside of the field of view.
+    ///
+    /// They are background: they have the lowest value of the file, or zero where all others are whole numbers from
+    /// 0 to 65535, as in label maps.
+    pub fn background_voxels(&self) -> u64 {
+        self.background_voxels
     }
 
     /// How stored values become file units.
