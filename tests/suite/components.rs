@@ -101,6 +101,19 @@ fn a_single_volume_is_its_only_component() {
 }
 
 #[test]
+fn claims_of_more_than_a_file_can_hold_are_refused() {
+    let scratch = Scratch::new("many");
+    let files = [
+        ("a.nrrd", nrrd("dimension: 4\nsizes: 2 3 4 18446744073709551615\n", &[0; 24])),
+        ("a.mha", mha("NDims = 4\nDimSize = 2 3 4 18446744073709551615\n", &[0; 24])),
+    ];
+    for (name, bytes) in files {
+        let error = component(&scratch.write(name, &bytes), 0).unwrap_err();
+        assert!(matches!(error.cause, VolumeError::Dimensions { .. }), "{error}");
+    }
+}
+
+#[test]
 fn numbers_have_their_width_in_every_component() {
     let scratch = Scratch::new("wide_components");
     // Two volumes of 2x1x1 in turns, big-endian.

@@ -68,9 +68,10 @@ fn is_exactly_raw(header: &GridHeader, data: &[u8]) -> bool {
 }
 
 /// Where in the data of all components the bytes are that must be read for the chosen one: how many to skip, and
-/// how many follow. Volumes that follow each other are skipped; of interleaved ones all are needed.
+/// how many follow. Volumes that follow each other are skipped; of interleaved ones, and of those whose place is
+/// known from the end alone, all are needed.
 fn part(header: &GridHeader) -> (u64, u64) {
-    if header.run() == header.voxels() {
+    if header.run() == header.voxels() && header.byte_skip != ByteSkip::FromEnd {
         (header.components.index * header.volume_bytes(), header.volume_bytes())
     } else {
         (0, header.data_bytes())
@@ -97,8 +98,7 @@ fn raw<'a>(header: &GridHeader, data: &'a [u8]) -> Result<&'a [u8], VolumeError>
     let first = match header.byte_skip {
         ByteSkip::FromStart(first) => first,
         ByteSkip::FromEnd => {
-            let all = header.data_bytes();
-            (data.len() as u64).checked_sub(all).ok_or_else(|| truncated(all, data.len()))?
+            (data.len() as u64).checked_sub(expected).ok_or_else(|| truncated(expected, data.len()))?
         }
     };
     let start = usize::try_from(first.saturating_add(skip)).ok();
@@ -123,11 +123,7 @@ fn inflate(header: &GridHeader, mut stream: impl Read) -> Result<Vec<u8>, Volume
                 damaged_unless_short(io::copy(&mut stream.take(1 << 16), &mut io::sink()))?;
             }
         }
-        ByteSkip::FromEnd => {
-            keep_last(&mut voxels, header.data_bytes(), stream)?;
-            voxels.drain(..usize::try_from(skip).unwrap_or(0).min(voxels.len()));
-            voxels.truncate(usize::try_from(expected).unwrap_or(usize::MAX));
-        }
+        ByteSkip::FromEnd => keep_last(&mut voxels, expected, stream)?,
     }
     if (voxels.len() as u64) < expected {
         return Err(truncated(expected, voxels.len()));
