@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     prelude::*,
-    volume::{VolumeGeometry, WORLD_UNITS_PER_MM, read_volume_file},
+    volume::{VolumeGeometry, VolumeReadSettings, WORLD_UNITS_PER_MM, read_volume_file_with},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -22,7 +22,10 @@ pub struct SceneOptions {
     /// The volume: NIfTI, NRRD or MetaImage [default: the head phantom in assets/].
     #[arg(long)]
     pub volume: Option<PathBuf>,
-    /// Slicer .vp, .tf.ron, or ramp:FROM,TO,OPACITY in the volume's own units [default: the
+    /// Which volume of a file that holds several, as a time series does, counted from zero.
+    #[arg(long)]
+    pub component: Option<u32>,
+    /// Slicer .vp or .vp.json, .tf.ron, or ramp:FROM,TO,OPACITY in the volume's own units [default: the
     /// phantom's, or one guessed from the volume's histogram].
     #[arg(long)]
     pub transfer_function: Option<String>,
@@ -150,7 +153,8 @@ impl SceneOptions {
         let assets = project_folder().join("assets");
         let phantom = assets.join("head_phantom.nrrd");
         let path = self.volume.as_ref().unwrap_or(&phantom);
-        let volume = read_volume_file(path).map_err(|error| error.to_string())?;
+        let settings = VolumeReadSettings { component: self.component };
+        let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
         let default_function = self.volume.is_none().then(|| assets.join("head_phantom.tf.ron"));
         let transfer_function = match (&self.transfer_function, default_function) {
             (Some(function), _) => Some(read_transfer_function(function)?),
@@ -188,13 +192,8 @@ fn read_transfer_function(name: &str) -> Result<TransferFunction, String> {
         let [from, to, opacity] = parse_numbers(ramp)?;
         return TransferFunction::ramp(from, to, opacity, BONE).map_err(|error| format!("{name}: {error}"));
     }
-    let text = std::fs::read_to_string(name).map_err(|error| format!("{name}: {error}"))?;
-    if name.to_ascii_lowercase().ends_with(".vp") {
-        TransferFunction::from_slicer_vp(&text)
-    } else {
-        TransferFunction::from_ron(&text)
-    }
-    .map_err(|error| format!("{name}: {error}"))
+    let bytes = std::fs::read(name).map_err(|error| format!("{name}: {error}"))?;
+    TransferFunction::from_bytes(&bytes).map_err(|error| format!("{name}: {error}"))
 }
 
 fn parse_vec3(text: &str) -> Result<Vec3, String> {

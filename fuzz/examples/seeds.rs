@@ -12,7 +12,7 @@ use std::path::Path;
 
 use bevy_contextual_ao_fuzz::DATA_FILE;
 use random::Random;
-use random_functions::{points, ron, slicer_vp};
+use random_functions::{points, ron, slicer_json, slicer_vp};
 use random_volumes::{FORMATS, Grid};
 
 const SEEDS_PER_TARGET: usize = 20;
@@ -28,6 +28,7 @@ fn main() -> std::io::Result<()> {
         let points = points(&mut random);
         save("ron", number, ron(&mut random, &points).as_bytes())?;
         save("slicer_vp", number, slicer_vp(&mut random, &points).as_bytes())?;
+        save("slicer_json", number, slicer_json(&mut random, &points).as_bytes())?;
     }
     Ok(())
 }

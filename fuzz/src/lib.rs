@@ -9,7 +9,7 @@ use std::path::{Component, Path};
 
 use peak_memory::with_peak;
 use volume::{
-    TransferFunction, TransferFunctionError, Volume, VolumeError,
+    TransferFunction, TransferFunctionError, Volume, VolumeError, VolumeReadSettings,
     readers::{
         Format, data_file_candidates,
         decode::decode,
@@ -40,7 +40,7 @@ pub fn check_volume(name: &str, bytes: &[u8]) {
     let folder = Path::new("folder");
     let path = folder.join(name);
     let format = Format::of(&path).expect("a name that the readers know");
-    let (header, peak) = with_peak(|| format.parse(header_file));
+    let (header, peak) = with_peak(|| parse(format, header_file));
     assert!(peak <= FIXED_BYTES + PER_TEXT_BYTE * header_file.len() as u64, "the header took {peak} bytes");
     let Some(header) = checked(header) else { return };
 
@@ -55,6 +55,18 @@ pub fn check_volume(name: &str, bytes: &[u8]) {
     assert!(peak <= most, "{header:?} took {peak} bytes, {most} at most were expected");
     let Some(volume) = checked(volume) else { return };
     check_read_volume(&header, &volume);
+}
+
+/// Reads a header; of several volumes the last is chosen.
+fn parse(format: Format, file: &[u8]) -> Result<GridHeader, VolumeError> {
+    let mut settings = VolumeReadSettings::default();
+    match format.parse(file, &settings) {
+        Err(VolumeError::Component { count, .. }) => {
+            settings.component = u32::try_from(count - 1).ok();
+            format.parse(file, &settings)
+        }
+        other => other,
+    }
 }
 
 /// Bytes of voxels that there can be in `data`, whatever its header claims.
@@ -77,6 +89,7 @@ fn checked<T>(result: Result<T, VolumeError>) -> Option<T> {
 fn check_read_volume(header: &GridHeader, volume: &Volume) {
     assert_eq!(volume.dimensions(), header.dimensions);
     assert_eq!(volume.voxel_count(), volume.intensities().len() as u64);
+    assert!(volume.background_voxels() < volume.voxel_count());
     assert!(volume.spacing_mm().is_finite() && volume.spacing_mm().min_element() > 0.0);
     let [low, high] = volume.range();
     assert!(low.is_finite() && high.is_finite() && low <= high);

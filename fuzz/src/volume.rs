@@ -8,12 +8,17 @@ pub(crate) mod error;
 mod otsu;
 #[path = "../../src/volume/readers/mod.rs"]
 pub(crate) mod readers;
-#[path = "../../src/volume/slicer.rs"]
+#[path = "../../src/volume/slicer/mod.rs"]
 mod slicer;
 #[path = "../../src/volume/transfer_function.rs"]
 pub(crate) mod transfer_function;
+#[path = "../../src/volume/transfer_function_error.rs"]
+pub(crate) mod transfer_function_error;
+#[path = "../../src/volume/transfer_function_files.rs"]
+mod transfer_function_files;
 
 pub use asset::{Intensities, Volume};
 pub use error::{VolumeError, VolumeFileError};
-pub use readers::read_volume_file;
-pub use transfer_function::{ControlPoint, TransferFunction, TransferFunctionError};
+pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
+pub use transfer_function::{ControlPoint, GradientPoint, TransferFunction};
+pub use transfer_function_error::TransferFunctionError;

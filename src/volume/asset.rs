@@ -88,6 +88,7 @@ pub struct Volume {
     intensities: Arc<Intensities>,
     stored_range: [u16; 2],
     rescale: Rescale,
+    background_voxels: u64,
 }
 
 impl Volume {
@@ -126,7 +127,13 @@ impl Volume {
             stored_range: intensities.range(),
             intensities: Arc::new(intensities),
             rescale,
+            background_voxels: 0,
         })
+    }
+
+    /// This volume, of a file in which so many voxels were no finite numbers.
+    pub(crate) fn with_background_voxels(self, background_voxels: u64) -> Self {
+        Self { background_voxels, ..self }
     }
 
     /// Voxels along x, y and z; none is zero.
@@ -157,6 +164,14 @@ impl Volume {
     /// The same, to be kept: copies of a volume share them.
     pub(crate) fn shared_intensities(&self) -> &Arc<Intensities> {
         &self.intensities
+    }
+
+    /// Voxels that the file gives as NaN or infinite, as resampling does outside of the field of view.
+    ///
+    /// They are background: they have the lowest value of the file, or zero where all others are whole numbers from
+    /// 0 to 65535, as in label maps.
+    pub fn background_voxels(&self) -> u64 {
+        self.background_voxels
     }
 
     /// How stored values become file units.

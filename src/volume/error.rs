@@ -48,7 +48,29 @@ pub enum VolumeError {
         /// What is wrong with it.
         reason: String,
     },
-    /// Voxels are of a type that is no single number, or one that is unknown.
+    /// Every voxel, or pixel, has several values that belong together: a colour, a vector, a complex number.
+    #[error("{kind}, {values} values per voxel: not a volume of one number per voxel")]
+    NotScalar {
+        /// What the image is, with its article and the file's word for it.
+        kind: String,
+        /// Values per voxel.
+        values: u64,
+    },
+    /// The file holds several volumes, of which one must be chosen; or not the one that was chosen.
+    #[error(
+        "{count} volumes ({along}){}: choose one by its component, 0 to {}",
+        chosen.map_or(String::new(), |chosen| format!(", none of them component {chosen}")),
+        count.saturating_sub(1)
+    )]
+    Component {
+        /// How many there are.
+        count: u64,
+        /// What tells them apart.
+        along: String,
+        /// The one that was chosen in [`VolumeReadSettings`](super::VolumeReadSettings), if one was.
+        chosen: Option<u32>,
+    },
+    /// Voxels are of a number type that is unknown or too wide.
     #[error("voxels of type {0} cannot be read")]
     UnsupportedType(String),
     /// The data are stored in a way that cannot be read.
@@ -60,10 +82,10 @@ pub enum VolumeError {
         /// What the decoder found.
         reason: String,
     },
-    /// Voxels are NaN or infinite, which no transfer function can show.
-    #[error("{count} voxels are NaN or infinite")]
+    /// All voxels are NaN or infinite.
+    #[error("all {count} voxels are NaN or infinite")]
     NotANumber {
-        /// How many.
+        /// How many there are.
         count: u64,
     },
     /// The file could not be read.

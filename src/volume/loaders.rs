@@ -6,51 +6,29 @@ use bevy::{
 };
 
 use super::{
-    TransferFunction, TransferFunctionError, Volume, VolumeError, VolumeFileError,
-    readers::{Format, data_file_candidates, decode::decode},
+    TransferFunction, TransferFunctionError, Volume, VolumeError, VolumeFileError, VolumeReadSettings,
+    readers::{Format, data_file_candidates, decode::decode, warn_of_background},
 };
 
-/// Loads [`Volume`]s from NIfTI-1 (`.nii`, `.nii.gz`, `.hdr` with `.img`), NRRD (`.nrrd`, `.nhdr`)
-/// and MetaImage files (`.mha`, `.mhd`).
+/// Loads [`Volume`]s from NIfTI (`.nii`, `.nii.gz`, `.hdr` with `.img`), NRRD (`.nrrd`, `.nhdr`)
+/// and MetaImage files (`.mha`, `.mhd`). [`VolumeReadSettings`] choose one of several volumes in a file.
 #[derive(Default, TypePath)]
 pub struct VolumeLoader;
 
 impl AssetLoader for VolumeLoader {
     type Asset = Volume;
-    type Settings = ();
+    type Settings = VolumeReadSettings;
     type Error = VolumeFileError;
 
     async fn load(
         &self,
         reader: &mut dyn Reader,
-        _: &(),
+        settings: &VolumeReadSettings,
         load_context: &mut LoadContext<'_>,
     ) -> Result<Volume, VolumeFileError> {
-        let asset_path = load_context.path().clone_owned();
-        let path = asset_path.path().to_owned();
-        let at =
-            |path: &std::path::Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
-        let mut bytes = Vec::new();
-        reader.read_to_end(&mut bytes).await.map_err(|error| at(&path, error.into()))?;
-        let header =
-            Format::of(&path).and_then(|format| format.parse(&bytes)).map_err(|cause| at(&path, cause))?;
-        let candidates = data_file_candidates(&path, &header);
-        if candidates.is_empty() {
-            return decode(&header, &bytes).map_err(|cause| at(&path, cause));
-        }
-        let mut missing = None;
-        for candidate in candidates {
-            let sibling = AssetPath::from_path(&candidate).with_source(asset_path.source().clone_owned());
-            match load_context.read_asset_bytes(sibling).await {
-                Ok(bytes) => return decode(&header, &bytes).map_err(|cause| at(&candidate, cause)),
-                Err(error) => {
-                    let cause = VolumeError::Io(std::io::Error::other(error));
-                    missing.get_or_insert(at(&candidate, cause));
-                }
-            }
-        }
-        Err(missing
-            .unwrap_or_else(|| at(&path, VolumeError::Truncated { expected_bytes: 1, found_bytes: 0 })))
+        let volume = read(reader, settings, load_context).await?;
+        warn_of_background(load_context.path().path(), &volume);
+        Ok(volume)
     }
 
     fn extensions(&self) -> &[&str] {
@@ -58,7 +36,40 @@ impl AssetLoader for VolumeLoader {
     }
 }
 
-/// Loads [`TransferFunction`]s from Slicer volume properties (`.vp`) and from RON (`.tf.ron`).
+/// Reads the volume of a header's file, and of another that it names.
+async fn read(
+    reader: &mut dyn Reader,
+    settings: &VolumeReadSettings,
+    load_context: &mut LoadContext<'_>,
+) -> Result<Volume, VolumeFileError> {
+    let asset_path = load_context.path().clone_owned();
+    let path = asset_path.path().to_owned();
+    let at = |path: &std::path::Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).await.map_err(|error| at(&path, error.into()))?;
+    let header = Format::of(&path)
+        .and_then(|format| format.parse(&bytes, settings))
+        .map_err(|cause| at(&path, cause))?;
+    let candidates = data_file_candidates(&path, &header);
+    if candidates.is_empty() {
+        return decode(&header, &bytes).map_err(|cause| at(&path, cause));
+    }
+    let mut missing = None;
+    for candidate in candidates {
+        let sibling = AssetPath::from_path(&candidate).with_source(asset_path.source().clone_owned());
+        match load_context.read_asset_bytes(sibling).await {
+            Ok(bytes) => return decode(&header, &bytes).map_err(|cause| at(&candidate, cause)),
+            Err(error) => {
+                let cause = VolumeError::Io(std::io::Error::other(error));
+                missing.get_or_insert(at(&candidate, cause));
+            }
+        }
+    }
+    Err(missing.unwrap_or_else(|| at(&path, VolumeError::Truncated { expected_bytes: 1, found_bytes: 0 })))
+}
+
+/// Loads [`TransferFunction`]s from Slicer volume properties (`.vp`, `.vp.json`) and from RON (`.tf.ron`), told apart
+/// by what is in the file: see [`TransferFunction::from_bytes`].
 #[derive(Default, TypePath)]
 pub struct TransferFunctionLoader;
 
@@ -68,10 +79,7 @@ pub enum TransferFunctionLoadError {
     /// The file could not be read.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// The file is not text.
-    #[error("not UTF-8 text: {0}")]
-    Text(#[from] std::string::FromUtf8Error),
-    /// The text is no transfer function.
+    /// The file is no transfer function.
     #[error(transparent)]
     Content(#[from] TransferFunctionError),
 }
@@ -85,24 +93,14 @@ impl AssetLoader for TransferFunctionLoader {
         &self,
         reader: &mut dyn Reader,
         _: &(),
-        load_context: &mut LoadContext<'_>,
+        _: &mut LoadContext<'_>,
     ) -> Result<TransferFunction, TransferFunctionLoadError> {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
-        let text = String::from_utf8(bytes)?;
-        let is_slicer = load_context
-            .path()
-            .path()
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("vp"));
-        Ok(if is_slicer {
-            TransferFunction::from_slicer_vp(&text)?
-        } else {
-            TransferFunction::from_ron(&text)?
-        })
+        Ok(TransferFunction::from_bytes(&bytes)?)
     }
 
     fn extensions(&self) -> &[&str] {
-        &["vp", "tf.ron"]
+        &["vp", "vp.json", "tf.ron"]
     }
 }

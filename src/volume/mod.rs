@@ -16,6 +16,8 @@ pub mod phantom;
 mod readers;
 mod slicer;
 mod transfer_function;
+mod transfer_function_error;
+mod transfer_function_files;
 
 use bevy::{asset::AssetEventSystems, prelude::*};
 
@@ -30,8 +32,9 @@ pub use geometry::VolumeGeometry;
 pub(crate) use geometry::longest_stretch;
 pub use loaders::{TransferFunctionLoader, VolumeLoader};
 pub use lookup_table::LookupTable;
-pub use readers::read_volume_file;
-pub use transfer_function::{ControlPoint, TransferFunction, TransferFunctionError};
+pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
+pub use transfer_function::{ControlPoint, GradientPoint, TransferFunction};
+pub use transfer_function_error::TransferFunctionError;
 
 /// Where the volume plugin's systems run, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]

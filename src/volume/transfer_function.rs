@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::asset::Volume;
-use super::{otsu, slicer};
+use super::otsu;
+use super::transfer_function_error::TransferFunctionError;
 
 /// Colour and opacity at one value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,6 +16,16 @@ pub struct ControlPoint {
     pub color: [f32; 3],
     /// How much of the light is stopped over
     /// [`opacity_unit_distance_mm`](TransferFunction::opacity_unit_distance_mm), 0 to 1.
+    pub opacity: f32,
+}
+
+/// How opaque matter is where its value changes by so much.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GradientPoint {
+    /// Length of the value's gradient, in the volume file's units per millimetre.
+    pub gradient: f32,
+    /// What the opacity is multiplied by, 0 to 1.
     pub opacity: f32,
 }
 
@@ -30,50 +41,15 @@ pub struct TransferFunction {
     /// Length of matter, in millimetres, over which it has the opacity that the points say.
     #[serde(default = "one")]
     pub opacity_unit_distance_mm: f32,
+    /// Opacity by gradient, sorted by gradient, linear between points; none where it does not count.
+    ///
+    /// It is kept as read and written, but not yet drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gradient_opacity: Vec<GradientPoint>,
 }
 
 fn one() -> f32 {
     1.0
-}
-
-/// Why values or a text make no transfer function.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TransferFunctionError {
-    /// There are no control points.
-    #[error("there are no control points")]
-    Empty,
-    /// A control point cannot be used.
-    #[error("control point {index}: {field} is {value}, {reason}")]
-    Point {
-        /// Which one, counted from zero.
-        index: usize,
-        /// Which of its fields.
-        field: &'static str,
-        /// The field's value.
-        value: f32,
-        /// What it should be.
-        reason: &'static str,
-    },
-    /// The opacity's unit of length is not a positive number.
-    #[error("opacity_unit_distance_mm is {0}, must be finite and positive")]
-    UnitDistance(f32),
-    /// The text is not RON, or not that of a transfer function.
-    #[error("not a transfer function in RON: {0}")]
-    Ron(#[from] ron::error::SpannedError),
-    /// The transfer function could not be written as RON.
-    #[error("cannot be written as RON: {0}")]
-    WriteRon(#[from] ron::Error),
-    /// The text is not a Slicer volume property.
-    #[error("line {line}: {field}: {reason}")]
-    Slicer {
-        /// The line at fault, counted from one.
-        line: usize,
-        /// What was to be read there.
-        field: &'static str,
-        /// What is wrong with it.
-        reason: String,
-    },
 }
 
 impl TransferFunction {
@@ -87,7 +63,7 @@ impl TransferFunction {
         opacity_unit_distance_mm: f32,
     ) -> Result<Self, TransferFunctionError> {
         points.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let function = Self { points, opacity_unit_distance_mm };
+        let function = Self { points, opacity_unit_distance_mm, gradient_opacity: Vec::new() };
         function.validate()?;
         Ok(function)
     }
@@ -107,8 +83,8 @@ impl TransferFunction {
     ///
     /// # Errors
     ///
-    /// [`TransferFunctionError::Empty`]; [`TransferFunctionError::Point`] for the first point whose value
-    /// is not finite or below its predecessor's, or whose colour or opacity is not from 0 to 1;
+    /// [`TransferFunctionError::Empty`]; [`TransferFunctionError::Point`] for the first point whose value or
+    /// gradient is not finite or below its predecessor's, or whose colour or opacity is not from 0 to 1;
     /// [`TransferFunctionError::UnitDistance`].
     pub fn validate(&self) -> Result<(), TransferFunctionError> {
         if self.points.is_empty() {
@@ -116,22 +92,17 @@ impl TransferFunction {
         }
         let mut before = f32::NEG_INFINITY;
         for (index, point) in self.points.iter().enumerate() {
-            let error =
-                |field, value, reason| Err(TransferFunctionError::Point { index, field, value, reason });
-            if !point.value.is_finite() {
-                return error("value", point.value, "must be finite");
-            }
-            if point.value < before {
-                return error("value", point.value, "must not be below the one before");
-            }
-            before = point.value;
+            check_order(index, "value", point.value, &mut before)?;
             let [red, green, blue] = point.color;
-            let shares = [("red", red), ("green", green), ("blue", blue), ("opacity", point.opacity)];
-            for (field, value) in shares {
-                if !(0.0..=1.0).contains(&value) {
-                    return error(field, value, "must be from 0 to 1");
-                }
+            for (field, share) in [("red", red), ("green", green), ("blue", blue), ("opacity", point.opacity)]
+            {
+                check_share(index, field, share)?;
             }
+        }
+        let mut before = f32::NEG_INFINITY;
+        for (index, point) in self.gradient_opacity.iter().enumerate() {
+            check_order(index, "gradient", point.gradient, &mut before)?;
+            check_share(index, "gradient_opacity", point.opacity)?;
         }
         let unit = self.opacity_unit_distance_mm;
         if !unit.is_finite() || unit <= 0.0 {
@@ -187,40 +158,6 @@ impl TransferFunction {
         Some(before.value + share * (reached.value - before.value))
     }
 
-    /// Reads one written by [`to_ron`](Self::to_ron). The unit of length may be left out: 1 mm.
-    ///
-    /// # Errors
-    ///
-    /// [`TransferFunctionError::Ron`] with the place in the text, or as [`validate`](Self::validate).
-    pub fn from_ron(text: &str) -> Result<Self, TransferFunctionError> {
-        let function: Self = ron::from_str(text)?;
-        function.validate()?;
-        Ok(function)
-    }
-
-    /// Writes it as text, in RON.
-    ///
-    /// # Errors
-    ///
-    /// [`TransferFunctionError::WriteRon`], which no value of this type is known to cause.
-    pub fn to_ron(&self) -> Result<String, TransferFunctionError> {
-        let pretty = ron::ser::PrettyConfig::default().depth_limit(2);
-        Ok(ron::ser::to_string_pretty(self, pretty)?)
-    }
-
-    /// Reads a volume property as 3D Slicer writes it (`.vp`): its scalar opacity and colour functions.
-    ///
-    /// Every value at which either has a node becomes a control point. The file's gradient opacity and
-    /// shading have no counterpart here and are ignored. It says no unit of length; Slicer's is 1 mm
-    /// unless set in the scene, and so is this one's.
-    ///
-    /// # Errors
-    ///
-    /// [`TransferFunctionError::Slicer`] with the line, or as [`new`](Self::new).
-    pub fn from_slicer_vp(text: &str) -> Result<Self, TransferFunctionError> {
-        Self::new(slicer::control_points(text)?, 1.0)
-    }
-
     /// A first look at a volume of unknown content: what is above the threshold that best parts its
     /// histogram in two (Otsu's) becomes opaque, in the colour of bone.
     pub fn for_volume(volume: &Volume) -> Self {
@@ -239,8 +176,34 @@ impl TransferFunction {
                 ControlPoint { value: clamp(threshold + half), color: [0.95, 0.89, 0.78], opacity: 0.9 },
             ],
             opacity_unit_distance_mm: spacing,
+            gradient_opacity: Vec::new(),
         }
     }
+}
+
+/// Whether a point's place is finite and not below that of the point before, which it becomes.
+fn check_order(
+    index: usize,
+    field: &'static str,
+    value: f32,
+    before: &mut f32,
+) -> Result<(), TransferFunctionError> {
+    let error = |reason| Err(TransferFunctionError::Point { index, field, value, reason });
+    if !value.is_finite() {
+        return error("must be finite");
+    }
+    if value < *before {
+        return error("must not be below the one before");
+    }
+    *before = value;
+    Ok(())
+}
+
+fn check_share(index: usize, field: &'static str, value: f32) -> Result<(), TransferFunctionError> {
+    if (0.0..=1.0).contains(&value) {
+        return Ok(());
+    }
+    Err(TransferFunctionError::Point { index, field, value, reason: "must be from 0 to 1" })
 }
 
 /// Linear between two nodes, exact at both.

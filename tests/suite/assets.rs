@@ -3,9 +3,14 @@
 use bevy::{asset::AssetPath, prelude::*};
 use bevy_contextual_ao::{
     prelude::*,
-    volume::{Intensities, TransferFunctionLoader, phantom::head_phantom, read_volume_file},
+    volume::{
+        Intensities, TransferFunctionLoader, VolumeReadSettings, phantom::head_phantom, read_volume_file,
+    },
 };
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex},
+};
 
 use crate::{
     headless::{Headless, project_folder},
@@ -37,9 +42,16 @@ fn app() -> Headless {
 
 /// Shows the file and runs frames until it has been read, or not.
 fn load(app: &mut Headless, path: &Path) -> Entity {
+    load_with(app, path, VolumeReadSettings::default())
+}
+
+fn load_with(app: &mut Headless, path: &Path, chosen: VolumeReadSettings) -> Entity {
     let world = app.app.world_mut();
-    let handle: Handle<Volume> =
-        world.resource::<AssetServer>().load(AssetPath::from_path_buf(path.to_owned()));
+    let handle: Handle<Volume> = world
+        .resource::<AssetServer>()
+        .load_builder()
+        .with_settings(move |settings: &mut VolumeReadSettings| *settings = chosen.clone())
+        .load(AssetPath::from_path_buf(path.to_owned()));
     let entity = world.spawn(VolumeBundle::new(handle)).id();
     let before = (world.resource::<Seen>().loaded, world.resource::<Seen>().failed.len());
     for _ in 0..2000 {
@@ -85,6 +97,63 @@ fn files_load_and_failures_name_file_and_cause() {
 }
 
 #[test]
+fn the_loaders_settings_choose_a_component() {
+    let folder = folder("components");
+    let header = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 2 2 3\nkinds: space space space time\n";
+    let file = [format!("{header}encoding: raw\n\n").into_bytes(), (0..24).collect()].concat();
+    std::fs::write(folder.join("time.nrrd"), &file).expect("write");
+    std::fs::write(folder.join("chosen.nrrd"), &file).expect("write");
+
+    let mut app = app();
+    load(&mut app, &folder.join("time.nrrd"));
+    let errors = app.app.world().resource::<Seen>().failed.clone();
+    let message = "3 volumes (time): choose one by its component, 0 to 2";
+    assert!(errors.len() == 1 && errors[0].contains(message), "{errors:?}");
+
+    let entity = load_with(&mut app, &folder.join("chosen.nrrd"), VolumeReadSettings { component: Some(1) });
+    let world = app.app.world();
+    let handle = world.get::<Volume3d>(entity).expect("the volume");
+    let volume = world.resource::<Assets<Volume>>().get(&handle.0).expect("loaded");
+    assert!(*volume.intensities() == Intensities::U8((8..16).collect()));
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+/// What is logged, as text.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl std::io::Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().expect("no test panics here").write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn voxels_that_are_no_numbers_are_warned_of_once() {
+    use bevy::log::tracing_subscriber::{fmt, util::SubscriberInitExt};
+    let folder = folder("nan");
+    let header = "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: text\n\n";
+    std::fs::write(folder.join("some.nrrd"), format!("{header}1 nan 3 4 -inf 6 nan 8")).expect("write");
+    std::fs::write(folder.join("none.nrrd"), format!("{header}1 2 3 4 5 6 7 8")).expect("write");
+
+    let log = Log::default();
+    let writer = log.clone();
+    let _until_the_end = fmt().with_writer(move || writer.clone()).with_ansi(false).set_default();
+    for file in ["some.nrrd", "none.nrrd"] {
+        read_volume_file(&folder.join(file)).expect("a volume");
+    }
+    let log = String::from_utf8(log.0.lock().expect("no test panics here").clone()).expect("text");
+    let lines: Vec<&str> = log.lines().collect();
+    let parts = ["WARN", "some.nrrd", "3 of 8 voxels are NaN or infinite"];
+    assert!(lines.len() == 1 && parts.iter().all(|part| lines[0].contains(part)), "{log}");
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
 fn the_demo_asset_is_what_the_generator_makes() {
     let assets = project_folder().join("assets");
     let volume = read_volume_file(&assets.join("head_phantom.nrrd")).expect("the demo volume");
@@ -105,9 +174,9 @@ fn the_demo_asset_is_what_the_generator_makes() {
 }
 
 #[test]
-fn both_kinds_of_transfer_function_files_load() {
+fn every_kind_of_transfer_function_file_loads() {
     use bevy::asset::AssetLoader;
-    assert_eq!(TransferFunctionLoader.extensions(), ["vp", "tf.ron"]);
+    assert_eq!(TransferFunctionLoader.extensions(), ["vp", "vp.json", "tf.ron"]);
     let folder = folder("functions");
     let ron = TransferFunction::ramp(10.0, 20.0, 0.5, [1.0, 0.5, 0.25]).expect("a ramp");
     std::fs::write(folder.join("ramp.tf.ron"), ron.to_ron().expect("ron")).expect("write");
@@ -116,9 +185,14 @@ fn both_kinds_of_transfer_function_files_load() {
         "1\n1\n0.2\n0.8\n0.1\n5\n4 10 0 20 0.5\n4 0 1 255 1\n8 10 1 0.5 0.25 20 1 0.5 0.25\n",
     )
     .expect("write");
+    std::fs::write(
+        folder.join("ramp.vp.json"),
+        r#"{"volumeProperties": [{"components": [{"scalarOpacity": {"points": [{"x": 10, "y": 0}, {"x": 20, "y": 0.5}]}}]}]}"#,
+    )
+    .expect("write");
     let mut app = app();
     let world = app.app.world_mut();
-    let handles: Vec<Handle<TransferFunction>> = ["ramp.tf.ron", "ramp.vp"]
+    let handles: Vec<Handle<TransferFunction>> = ["ramp.tf.ron", "ramp.vp", "ramp.vp.json"]
         .map(|file| world.resource::<AssetServer>().load(AssetPath::from_path_buf(folder.join(file))))
         .into();
     for _ in 0..2000 {

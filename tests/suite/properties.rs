@@ -11,7 +11,7 @@ use bevy::math::{UVec3, Vec3};
 use bevy_contextual_ao::volume::{ControlPoint, TransferFunction, Volume, VolumeFileError, read_volume_file};
 
 use self::peak_memory::with_peak;
-use self::random_functions::{points, ron, slicer_vp};
+use self::random_functions::{points, ron, slicer_json, slicer_vp};
 use self::random_volumes::{FORMATS, Files, Grid};
 use super::small_files::Scratch;
 use crate::common::random::{self, Random};
@@ -132,8 +132,10 @@ fn transfer_functions_are_read_as_written() {
         let from_ron = TransferFunction::from_ron(&ron(&mut random, &points)).unwrap();
         assert_eq!(from_ron.points, expected);
         let from_vp = TransferFunction::from_slicer_vp(&slicer_vp(&mut random, &points)).unwrap();
-        for function in [&from_ron, &from_vp] {
-            let again = TransferFunction::from_ron(&function.to_ron().unwrap()).unwrap();
+        let from_json = TransferFunction::from_slicer_vp(&slicer_json(&mut random, &points)).unwrap();
+        assert_eq!(from_json.points, from_vp.points);
+        for function in [&from_ron, &from_vp, &from_json] {
+            let again = TransferFunction::from_bytes(function.to_ron().unwrap().as_bytes()).unwrap();
             assert_eq!(&again, function);
         }
         // Of more than two points at one value, all but the outer ones say nothing.
@@ -148,12 +150,12 @@ fn no_mutation_makes_a_transfer_function_panic() {
     let mut random = Random(5);
     for _ in 0..2000 {
         let points = points(&mut random);
-        let files = [ron(&mut random, &points), slicer_vp(&mut random, &points)];
-        let readers = [TransferFunction::from_ron, TransferFunction::from_slicer_vp];
-        for (at, reader) in readers.into_iter().enumerate() {
-            let mut bytes = files[at].clone().into_bytes();
-            mutate(&mut random, &mut bytes, files[1 - at].as_bytes());
-            let (result, peak) = with_peak(|| reader(&String::from_utf8_lossy(&bytes)));
+        let files =
+            [ron(&mut random, &points), slicer_vp(&mut random, &points), slicer_json(&mut random, &points)];
+        for (at, file) in files.iter().enumerate() {
+            let mut bytes = file.clone().into_bytes();
+            mutate(&mut random, &mut bytes, files[(at + 1) % files.len()].as_bytes());
+            let (result, peak) = with_peak(|| TransferFunction::from_bytes(&bytes));
             assert!(peak < MEMORY);
             let Ok(function) = result else { continue };
             function.validate().unwrap();

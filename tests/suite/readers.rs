@@ -30,6 +30,8 @@ pub(crate) fn outcome(path: &Path) -> &'static str {
         Err(VolumeError::Truncated { .. }) => "truncated",
         Err(VolumeError::Dimensions { .. }) => "dimensions",
         Err(VolumeError::Field { .. }) => "field",
+        Err(VolumeError::NotScalar { .. }) => "not scalar",
+        Err(VolumeError::Component { .. }) => "component",
         Err(VolumeError::UnsupportedType(_)) => "type",
         Err(VolumeError::UnsupportedEncoding(_)) => "encoding",
         Err(VolumeError::Damaged { .. }) => "damaged",
@@ -203,10 +205,10 @@ fn every_number_type_reads_the_same() {
 fn every_case_has_its_outcome() {
     let Some(folder) = volumes() else { return };
     let not_read = [
-        ("nifti/3D.nii", "type"),
-        ("nifti/4D.nii", "dimensions"),
-        ("nifti/complex32.nii", "dimensions"),
-        ("nifti/complex64.nii", "dimensions"),
+        ("nifti/3D.nii", "not scalar"),
+        ("nifti/4D.nii", "not scalar"),
+        ("nifti/complex32.nii", "not scalar"),
+        ("nifti/complex64.nii", "not scalar"),
         ("nifti/minimal_extended_hdr.nii", "dimensions"),
         ("nifti/avg152T1_LR_nifti.hdr.gz", "io"),
         ("nifti/crash-1.nii", "format"),
@@ -216,10 +218,11 @@ fn every_case_has_its_outcome() {
         ("nrrd/test1d_ascii.nrrd", "dimensions"),
         ("nrrd/test2d_ascii.nrrd", "dimensions"),
         ("nrrd/test_customFields.nrrd", "dimensions"),
+        ("found/eltype_rgb_u8.nrrd", "not scalar"),
     ];
     let data_only = [".raw", ".zraw", ".img", ".img.gz"];
     let mut cases = 0;
-    for format in ["axis_orders", "meta_image", "nifti", "nrrd"] {
+    for format in ["axis_orders", "found", "meta_image", "nifti", "nrrd"] {
         for entry in std::fs::read_dir(folder.join("cases").join(format)).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
@@ -236,6 +239,30 @@ fn every_case_has_its_outcome() {
         }
     }
     assert!(cases >= 40, "only {cases} cases found");
+}
+
+#[test]
+fn files_that_were_read_wrongly_are_read_rightly() {
+    let Some(folder) = volumes() else { return };
+    let stack = read(&folder.join("cases/found/fiji-stack-microns-16bit.nrrd"));
+    let spacing = Vec3::new(0.0004, 0.0004, 0.002);
+    // Rounded to f32.
+    assert!(stack.spacing_mm().abs_diff_eq(spacing, 1e-9), "{}", stack.spacing_mm());
+
+    let moved = read(&folder.join("cases/found/resampled_anat_moved.nii"));
+    assert_eq!(moved.dimensions(), UVec3::new(17, 21, 3));
+    assert_eq!(moved.background_voxels(), 153);
+    let range = [409.300_445_556_640_6, 13_360.961_914_062_5];
+    for (found, expected) in moved.range().into_iter().zip(range) {
+        assert!((found - expected).abs() < 1e-9, "{found}");
+    }
+    assert_eq!(moved.value_at(UVec3::ZERO), Some(moved.range()[0]));
+    let half_step = (range[1] - range[0]) / 65_535.0 / 2.0 + 1e-9;
+    let value = moved.value_at(UVec3::new(8, 10, 1)).unwrap();
+    assert!((value - 10_849.904_296_875).abs() < half_step, "{value}");
+
+    let colors = read_volume_file(&folder.join("cases/found/eltype_rgb_u8.nrrd")).unwrap_err().to_string();
+    assert!(colors.contains("a colour image (NRRD kind RGB-color), 3 values per voxel"), "{colors}");
 }
 
 #[test]

@@ -9,3 +9,15 @@ pub mod asset {
 pub mod reflect {
     pub use bevy_shim_derive::TypePath;
 }
+
+pub mod log {
+    pub use crate::warn;
+}
+
+/// Reads its arguments, and says nothing.
+#[macro_export]
+macro_rules! warn {
+    ($($argument:tt)*) => {
+        let _ = format_args!($($argument)*);
+    };
+}

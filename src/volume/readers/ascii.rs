@@ -1,9 +1,10 @@
 //! Voxels written as text.
 
-use super::header::{ByteSkip, GridHeader, ScalarType};
+use super::header::{ByteSkip, Components, GridHeader, ScalarType};
 use crate::volume::error::VolumeError;
 
-/// The voxels' bytes, little-endian, of numbers written as text, separated by white space or commas.
+/// The bytes, little-endian, of the chosen component's voxels, which are written as text: numbers separated by
+/// white space or commas.
 pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeError> {
     let ByteSkip::FromStart(skip) = header.byte_skip else {
         return Err(VolumeError::field("byte skip", -1, "text cannot be read from its end"));
@@ -11,10 +12,12 @@ pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeE
     let text = usize::try_from(skip).ok().and_then(|skip| data.get(skip..)).unwrap_or(&[]);
     let words =
         text.split(|&byte| byte.is_ascii_whitespace() || byte == b',').filter(|word| !word.is_empty());
-    let expected = header.data_bytes();
-    let count = usize::try_from(expected / header.scalar.bytes()).unwrap_or(usize::MAX);
+    let expected = header.volume_bytes();
+    let Components { count, index, .. } = header.components;
+    let (run, voxel_count) = (header.run(), usize::try_from(header.voxels()).unwrap_or(usize::MAX));
+    let of_component = (0..).zip(words).filter(|(at, _)| at / run % count == index);
     let mut voxels = Vec::new();
-    for word in words.take(count) {
+    for (_, word) in of_component.take(voxel_count) {
         push(header.scalar, word, &mut voxels).ok_or_else(|| VolumeError::Damaged {
             reason: format!(
                 "{:?} is no number of type {:?}",

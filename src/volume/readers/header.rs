@@ -9,6 +9,8 @@ use crate::volume::error::VolumeError;
 pub(crate) const MAX_AXIS: u64 = 65_535;
 /// Voxels that a volume may have in all.
 pub(crate) const MAX_VOXELS: u64 = 1 << 33;
+/// Voxels that all components of a file may have together.
+const MAX_FILE_VOXELS: u64 = 1 << 48;
 
 /// The number type of voxels in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,11 +74,25 @@ pub(crate) enum ByteSkip {
     FromEnd,
 }
 
+/// How the components of a file lie in it: volumes on one grid, of which one is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Components {
+    /// How many there are; not zero.
+    pub(crate) count: u64,
+    /// The one that is read, counted from zero.
+    pub(crate) index: u64,
+    /// Whole axes of the grid that come before the components': 0 where they alternate voxel by voxel, 3 where
+    /// one volume follows the other.
+    pub(crate) axes_before: usize,
+}
+
 /// A grid as a file's header describes it, checked: decoding it can fail on the data only.
 #[derive(Clone, Debug)]
 pub(crate) struct GridHeader {
     /// Voxels along x, y and z.
     pub(crate) dimensions: UVec3,
+    /// The volumes in the file, and the one to read.
+    pub(crate) components: Components,
     /// The voxels' type.
     pub(crate) scalar: ScalarType,
     /// Whether their most significant byte comes first.
@@ -98,6 +114,13 @@ pub(crate) struct GridHeader {
 impl GridHeader {
     /// Checks what [`Volume::new`](crate::volume::Volume::new) would refuse only after the data were decoded.
     pub(crate) fn checked(self) -> Result<Self, VolumeError> {
+        let voxels = self.voxels().checked_mul(self.components.count);
+        if voxels.is_none_or(|voxels| voxels > MAX_FILE_VOXELS) {
+            let mut sizes = self.dimensions.to_array().map(u64::from).to_vec();
+            sizes.push(self.components.count);
+            let reason = format!("at most {MAX_FILE_VOXELS} voxels in a file can be read");
+            return Err(VolumeError::Dimensions { sizes, reason });
+        }
         check_grid_to_patient(&self.grid_to_patient)?;
         check_rescale(self.rescale)?;
         if let DataLocation::Detached { file } = &self.data {
@@ -106,10 +129,24 @@ impl GridHeader {
         Ok(self)
     }
 
-    /// Bytes that the voxels take, decompressed. At most 2^36.
+    /// Voxels of the grid.
+    pub(crate) fn voxels(&self) -> u64 {
+        self.dimensions.to_array().into_iter().map(u64::from).product()
+    }
+
+    /// Bytes that the voxels of one component take, decompressed. At most 2^36.
+    pub(crate) fn volume_bytes(&self) -> u64 {
+        self.voxels() * self.scalar.bytes()
+    }
+
+    /// Bytes that the voxels of all components take, decompressed. At most 2^51.
     pub(crate) fn data_bytes(&self) -> u64 {
-        let voxels: u64 = self.dimensions.to_array().into_iter().map(u64::from).product();
-        voxels * self.scalar.bytes()
+        self.volume_bytes() * self.components.count
+    }
+
+    /// Voxels of one component that follow each other in the file.
+    pub(crate) fn run(&self) -> u64 {
+        self.dimensions.to_array().into_iter().take(self.components.axes_before).map(u64::from).product()
     }
 }
 
@@ -182,9 +219,11 @@ pub(crate) fn parse_numbers<T: std::str::FromStr>(
         .ok_or_else(|| VolumeError::field(field, text, "not a list of numbers"))
 }
 
-/// Exactly `N` whitespace-separated numbers of a header field.
-pub(crate) fn parse_array<const N: usize>(field: &'static str, text: &str) -> Result<[f64; N], VolumeError> {
-    parse_numbers(field, text)?
-        .try_into()
-        .map_err(|_| VolumeError::field(field, text, format!("{N} numbers are needed")))
+/// Exactly so many whitespace-separated numbers of a header field.
+pub(crate) fn parse_count(field: &'static str, text: &str, count: usize) -> Result<Vec<f64>, VolumeError> {
+    let numbers = parse_numbers(field, text)?;
+    if numbers.len() != count {
+        return Err(VolumeError::field(field, text, format!("{count} numbers are needed")));
+    }
+    Ok(numbers)
 }

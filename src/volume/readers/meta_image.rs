@@ -2,10 +2,12 @@
 
 use bevy::math::{DAffine3, DMat3, DVec3};
 
+use super::VolumeReadSettings;
 use super::header::{
-    ByteSkip, DataLocation, Encoding, GridHeader, ScalarType, checked_dimensions, next_line, parse_array,
-    parse_numbers, to_ras,
+    ByteSkip, Components, DataLocation, Encoding, GridHeader, ScalarType, checked_dimensions, next_line,
+    parse_count, parse_numbers, to_ras,
 };
+use super::length_unit::millimetres;
 use crate::volume::asset::Rescale;
 use crate::volume::error::{VolumeError, excerpt};
 
@@ -15,28 +17,30 @@ use crate::volume::error::{VolumeError, excerpt};
 ///
 /// # Errors
 ///
-/// Where the file is not MetaImage, a field is missing or senseless, the image is not
-/// three-dimensional or has several channels, or the data are in several files.
-pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
+/// Where the file is not MetaImage, a field is missing or senseless, the image is not three-dimensional, has several
+/// channels, or holds several volumes of which the settings choose none, or the data are in several files.
+pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridHeader, VolumeError> {
     let fields = Fields::read(bytes)?;
     if let Some(kind) = fields.get("ObjectType")
         && !kind.eq_ignore_ascii_case("Image")
     {
         return Err(VolumeError::field("ObjectType", kind, "must be Image"));
     }
-    if let Some(channels) = fields.get("ElementNumberOfChannels")
-        && channels != "1"
-    {
-        let channels = format!("{} channels", excerpt(channels));
-        return Err(VolumeError::UnsupportedType(channels));
-    }
-    let sizes = parse_numbers("DimSize", fields.required("DimSize")?)?;
+    fields.check_channels()?;
+    let sizes: Vec<u64> = parse_numbers("DimSize", fields.required("DimSize")?)?;
+    let axes = sizes.len();
     let count = fields.required("NDims")?;
     // The format allows ten axes.
-    if count.parse() != Ok(sizes.len()) || sizes.len() > 10 {
-        let reason = format!("but there are {} sizes", sizes.len());
-        return Err(VolumeError::field("NDims", count, reason));
+    if count.parse() != Ok(axes) || axes > 10 {
+        return Err(VolumeError::field("NDims", count, format!("but there are {axes} sizes")));
     }
+    let (space, beyond) = sizes.split_at(axes.min(3));
+    let count =
+        beyond.iter().try_fold(1u64, |count, &size| count.checked_mul(size)).filter(|&count| count > 0);
+    let Some(count) = count else {
+        let reason = "no volumes, or too many".into();
+        return Err(VolumeError::Dimensions { sizes, reason });
+    };
     let compressed = fields.flag(&["CompressedData"])?.unwrap_or(false);
     let encoding = match (fields.flag(&["BinaryData"])?, compressed) {
         (Some(false), true) => {
@@ -48,11 +52,16 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<GridHeader, VolumeError> {
     };
     let big_endian = fields.flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"])?;
     GridHeader {
-        dimensions: checked_dimensions(&sizes)?,
+        dimensions: checked_dimensions(space)?,
+        components: Components {
+            count,
+            index: settings.choose(count, "along the fourth axis")?,
+            axes_before: 3,
+        },
         scalar: scalar_type(fields.required("ElementType")?)?,
         big_endian: big_endian.unwrap_or(false),
         encoding,
-        grid_to_patient: fields.grid_to_patient()?,
+        grid_to_patient: fields.grid_to_patient(axes)?,
         rescale: Rescale {
             slope: fields.number("ElementToIntensityFunctionSlope", 1.0)?,
             intercept: fields.number("ElementToIntensityFunctionOffset", 0.0)?,
@@ -110,12 +119,25 @@ impl Fields {
     }
 
     /// The first of the names that there is, as so many numbers.
-    fn numbers<const N: usize>(&self, names: &[&'static str]) -> Result<Option<[f64; N]>, VolumeError> {
-        names.iter().find_map(|name| self.get(name).map(|text| parse_array(name, text))).transpose()
+    fn numbers(&self, names: &[&'static str], count: usize) -> Result<Option<Vec<f64>>, VolumeError> {
+        names.iter().find_map(|name| self.get(name).map(|text| parse_count(name, text, count))).transpose()
     }
 
     fn number(&self, name: &'static str, default: f64) -> Result<f64, VolumeError> {
-        Ok(self.numbers(&[name])?.map_or(default, |[number]| number))
+        Ok(self.numbers(&[name], 1)?.map_or(default, |numbers| numbers[0]))
+    }
+
+    /// Refuses images of several values per voxel.
+    fn check_channels(&self) -> Result<(), VolumeError> {
+        let Some(text) = self.get("ElementNumberOfChannels") else { return Ok(()) };
+        match text.parse::<u64>() {
+            Ok(1) => Ok(()),
+            Ok(values @ 2..) => {
+                let kind = "an image of several channels (ElementNumberOfChannels)".into();
+                Err(VolumeError::NotScalar { kind, values })
+            }
+            _ => Err(VolumeError::field("ElementNumberOfChannels", text, "not a number of channels")),
+        }
     }
 
     /// The first of the names that there is, as truth value.
@@ -131,23 +153,22 @@ impl Fields {
         }
     }
 
-    fn grid_to_patient(&self) -> Result<DAffine3, VolumeError> {
-        let spacing = self.numbers(&["ElementSpacing", "ElementSize"])?;
-        let spacing = DVec3::from_array(spacing.unwrap_or([1.0; 3]));
-        // Three numbers after three: the directions of the grid's axes.
-        let directions = self.numbers(&["TransformMatrix", "Orientation", "Rotation"])?;
-        let directions = directions.map_or(DMat3::IDENTITY, |all| DMat3::from_cols_array(&all));
-        let origin = self.numbers(&["Offset", "Position", "Origin"])?;
-        let origin = DVec3::from_array(origin.unwrap_or([0.0; 3]));
-        let in_space = DAffine3::from_mat3_translation(
-            DMat3::from_cols(
-                directions.x_axis * spacing.x,
-                directions.y_axis * spacing.y,
-                directions.z_axis * spacing.z,
-            ),
-            origin,
-        );
-        Ok(to_ras(in_space, true, true))
+    /// From indices along the first three of so many axes to RAS+ millimetres.
+    fn grid_to_patient(&self, axes: usize) -> Result<DAffine3, VolumeError> {
+        let first_three = |numbers: &[f64]| DVec3::from_slice(&numbers[..3]);
+        let spacing = self.numbers(&["ElementSpacing", "ElementSize"], axes)?;
+        let spacing = spacing.map_or(DVec3::ONE, |spacing| first_three(&spacing));
+        // As many numbers as axes after each other: the directions of the grid's axes.
+        let directions = self.numbers(&["TransformMatrix", "Orientation", "Rotation"], axes * axes)?;
+        let directions = directions.map_or(DMat3::IDENTITY, |all| {
+            let column = |index: usize| first_three(&all[index * axes..]);
+            DMat3::from_cols(column(0), column(1), column(2))
+        });
+        let origin = self.numbers(&["Offset", "Position", "Origin"], axes)?;
+        let origin = origin.map_or(DVec3::ZERO, |origin| first_three(&origin));
+        let unit = millimetres("DistanceUnits", self.get("DistanceUnits").unwrap_or_default())?;
+        let in_units = DAffine3::from_mat3_translation(directions * DMat3::from_diagonal(spacing), origin);
+        Ok(to_ras(DAffine3::from_scale(DVec3::splat(unit)) * in_units, true, true))
     }
 
     fn byte_skip(&self) -> Result<ByteSkip, VolumeError> {

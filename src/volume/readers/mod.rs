@@ -1,4 +1,4 @@
-//! Reads volumes from NIfTI-1, NRRD and MetaImage files.
+//! Reads volumes from NIfTI, NRRD and MetaImage files.
 //!
 //! Each format's module turns a header into the common [`GridHeader`]; [`decode`](decode::decode)
 //! turns that and the data into a [`Volume`]. The two steps are apart so that a loader that reads
@@ -7,13 +7,25 @@
 mod ascii;
 pub(crate) mod decode;
 pub(crate) mod header;
+mod length_unit;
 mod meta_image;
 mod nifti;
+mod nifti2;
+mod nifti_fields;
+mod nifti_geometry;
 mod nrrd;
+mod nrrd_axes;
 mod nrrd_fields;
+mod nrrd_kinds;
+mod nrrd_space;
+mod settings;
 mod store;
 
 use std::path::{Path, PathBuf};
+
+use bevy::log::warn;
+
+pub use self::settings::VolumeReadSettings;
 
 use self::header::{DataLocation, GridHeader};
 use super::asset::Volume;
@@ -22,7 +34,7 @@ use super::error::{VolumeError, VolumeFileError};
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// NIfTI-1: `.nii`, `.nii.gz`, or `.hdr` and `.img`, each perhaps with `.gz`.
+    /// NIfTI-1 and NIfTI-2: `.nii`, `.nii.gz`, or `.hdr` and `.img`, each perhaps with `.gz`.
     Nifti,
     /// NRRD 1 to 5: `.nrrd`, or `.nhdr` with a data file.
     Nrrd,
@@ -49,11 +61,15 @@ impl Format {
     }
 
     /// Reads the header at the beginning of a file of this format.
-    pub(crate) fn parse(self, bytes: &[u8]) -> Result<GridHeader, VolumeError> {
+    pub(crate) fn parse(
+        self,
+        bytes: &[u8],
+        settings: &VolumeReadSettings,
+    ) -> Result<GridHeader, VolumeError> {
         match self {
-            Self::Nifti => nifti::parse(bytes),
-            Self::Nrrd => nrrd::parse(bytes),
-            Self::MetaImage => meta_image::parse(bytes),
+            Self::Nifti => nifti::parse(bytes, settings),
+            Self::Nrrd => nrrd::parse(bytes, settings),
+            Self::MetaImage => meta_image::parse(bytes, settings),
         }
     }
 }
@@ -80,10 +96,11 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
     }
 }
 
-/// Reads a volume from a NIfTI-1, NRRD or MetaImage file, told apart by the file's name:
+/// Reads a volume from a NIfTI, NRRD or MetaImage file, told apart by the file's name:
 /// `.nii`, `.nii.gz`, `.hdr`, `.hdr.gz`, `.nrrd`, `.nhdr`, `.mha` or `.mhd`.
 ///
 /// The data file of a header that names one is read too; it must be in the header's folder or below it.
+/// A warning in the log says how many voxels are no numbers, if any: see [`Volume::background_voxels`].
 /// This blocks: in an app, load the file as an asset instead.
 ///
 /// # Errors
@@ -91,17 +108,38 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
 /// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic, and
 /// memory grows with what the file really holds, decompressed, not with what its header claims.
 pub fn read_volume_file(path: &Path) -> Result<Volume, VolumeFileError> {
+    read_volume_file_with(path, &VolumeReadSettings::default())
+}
+
+/// As [`read_volume_file`], with a choice: which volume of a file that holds several.
+///
+/// # Errors
+///
+/// As [`read_volume_file`].
+pub fn read_volume_file_with(path: &Path, settings: &VolumeReadSettings) -> Result<Volume, VolumeFileError> {
     let at = |path: &Path, cause: VolumeError| VolumeFileError { path: path.to_owned(), cause };
     let of_header = |cause| at(path, cause);
     let format = Format::of(path).map_err(of_header)?;
     let bytes = std::fs::read(path).map_err(|error| of_header(error.into()))?;
-    let header = format.parse(&bytes).map_err(of_header)?;
+    let header = format.parse(&bytes, settings).map_err(of_header)?;
     let candidates = data_file_candidates(path, &header);
-    let Some(first) = candidates.first() else {
-        return decode::decode(&header, &bytes).map_err(of_header);
+    let volume = if let Some(first) = candidates.first() {
+        drop(bytes);
+        let data_path = candidates.iter().find(|path| path.is_file()).unwrap_or(first);
+        let data = std::fs::read(data_path).map_err(|error| at(data_path, error.into()))?;
+        decode::decode(&header, &data).map_err(|cause| at(data_path, cause))?
+    } else {
+        decode::decode(&header, &bytes).map_err(of_header)?
     };
-    drop(bytes);
-    let data_path = candidates.iter().find(|path| path.is_file()).unwrap_or(first);
-    let data = std::fs::read(data_path).map_err(|error| at(data_path, error.into()))?;
-    decode::decode(&header, &data).map_err(|cause| at(data_path, cause))
+    warn_of_background(path, &volume);
+    Ok(volume)
+}
+
+/// Says in the log how many voxels of a file are no numbers, if any.
+pub(crate) fn warn_of_background(path: &Path, volume: &Volume) {
+    let count = volume.background_voxels();
+    if count > 0 {
+        let (path, all) = (path.display(), volume.voxel_count());
+        warn!("{path}: {count} of {all} voxels are NaN or infinite: they are shown as background");
+    }
 }

@@ -1,5 +1,7 @@
 //! The fields of a NRRD header, as written.
 
+use std::borrow::Cow;
+
 use bevy::math::DVec3;
 
 use super::header::next_line;
@@ -12,9 +14,15 @@ pub(super) struct Fields {
     pub(super) dimension: Option<String>,
     pub(super) sizes: Option<String>,
     pub(super) spacings: Option<String>,
+    pub(super) axis_mins: Option<String>,
+    pub(super) axis_maxs: Option<String>,
+    pub(super) centers: Option<String>,
     pub(super) directions: Option<String>,
+    pub(super) kinds: Option<String>,
+    pub(super) units: Option<String>,
     pub(super) space: Option<String>,
     pub(super) space_dimension: Option<String>,
+    pub(super) space_units: Option<String>,
     pub(super) origin: Option<String>,
     pub(super) endian: Option<String>,
     pub(super) encoding: Option<String>,
@@ -39,7 +47,7 @@ impl Fields {
             if line.is_empty() {
                 break;
             }
-            let line = String::from_utf8_lossy(line);
+            let line = text(line);
             // A comment; or `key:=value`, which is the writer's own whatever it is called.
             if line.starts_with('#') {
                 continue;
@@ -75,9 +83,15 @@ impl Fields {
             "dimension" => &mut self.dimension,
             "sizes" => &mut self.sizes,
             "spacings" => &mut self.spacings,
+            "axis mins" | "axismins" => &mut self.axis_mins,
+            "axis maxs" | "axismaxs" => &mut self.axis_maxs,
+            "centers" | "centerings" => &mut self.centers,
             "space directions" => &mut self.directions,
+            "kinds" => &mut self.kinds,
+            "units" => &mut self.units,
             "space" => &mut self.space,
             "space dimension" => &mut self.space_dimension,
+            "space units" => &mut self.space_units,
             "space origin" => &mut self.origin,
             "endian" => &mut self.endian,
             "encoding" => &mut self.encoding,
@@ -92,6 +106,14 @@ impl Fields {
     pub(super) fn number(&self, field: &'static str, text: Option<&str>) -> Result<i64, VolumeError> {
         let text = text.unwrap_or("0");
         text.parse().map_err(|_| VolumeError::field(field, text, "not a whole number"))
+    }
+}
+
+/// A line's text. One that is no UTF-8 is taken for Latin-1, in which some programs write `µm`.
+fn text(line: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(line) {
+        Ok(text) => text.into(),
+        Err(_) => line.iter().map(|&byte| char::from(byte)).collect(),
     }
 }
 
@@ -125,4 +147,19 @@ pub(super) fn vectors(field: &'static str, text: &str) -> Result<Vec<Option<DVec
         rest = after.trim_start();
     }
     Ok(vectors)
+}
+
+/// Words, each perhaps in double quotes, which an empty one needs.
+pub(super) fn quoted_words(text: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = text.trim_start();
+    while !rest.is_empty() {
+        let (word, after) = match rest.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
+            None => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
+        };
+        words.push(word);
+        rest = after.trim_start();
+    }
+    words
 }

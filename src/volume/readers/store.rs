@@ -8,12 +8,14 @@ pub(super) struct Stored {
     pub(super) intensities: Intensities,
     pub(super) step: f64,
     pub(super) base: f64,
+    /// Voxels that were no numbers, and are background.
+    pub(super) background: u64,
 }
 
 impl Stored {
     /// Values that are the file's numbers less `base`, exactly.
     pub(super) fn exactly(intensities: Intensities, base: i32) -> Self {
-        Self { intensities, step: 1.0, base: base.into() }
+        Self { intensities, step: 1.0, base: base.into(), background: 0 }
     }
 }
 
@@ -34,26 +36,42 @@ pub(super) fn store_integers(values: impl Iterator<Item = i128> + Clone) -> Stor
         let values = values.map(|value| ((value - low) as f64 * scale).round() as u16).collect();
         (Intensities::U16(values), width as f64 / 65_535.0)
     };
-    Stored { intensities, step, base: low as f64 }
+    Stored { intensities, step, base: low as f64, background: 0 }
 }
 
 /// Stores whole numbers exactly where their range allows it, else in 65536 equal steps.
 ///
+/// NaN and infinities become the background: the lowest of the file's numbers in its unit, which is the highest as
+/// written where `falling` says that the unit has the opposite sign. Where all are whole and none is negative, as
+/// those of label maps are, it is zero, so that it is no label; that costs no accuracy.
+///
 /// # Errors
 ///
-/// [`VolumeError::NotANumber`] where a value is NaN or infinite.
-pub(super) fn store_floats(values: impl Iterator<Item = f64> + Clone) -> Result<Stored, VolumeError> {
+/// [`VolumeError::NotANumber`] where no value is a finite number.
+pub(super) fn store_floats(
+    values: impl Iterator<Item = f64> + Clone,
+    falling: bool,
+) -> Result<Stored, VolumeError> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    let (mut whole, mut count) = (true, 0u64);
+    let (mut whole, mut background) = (true, 0u64);
     for value in values.clone() {
-        count += u64::from(!value.is_finite());
-        whole &= value.fract() == 0.0;
-        low = low.min(value);
-        high = high.max(value);
+        if value.is_finite() {
+            whole &= value.fract() == 0.0;
+            low = low.min(value);
+            high = high.max(value);
+        } else {
+            background += 1;
+        }
     }
-    if count > 0 {
-        return Err(VolumeError::NotANumber { count });
+    if low > high {
+        return Err(VolumeError::NotANumber { count: background });
     }
+    let labels = whole && low >= 0.0 && high <= 65_535.0;
+    if background > 0 && labels && !falling {
+        low = 0.0;
+    }
+    let lowest = if falling { high } else { low };
+    let values = values.map(move |value| if value.is_finite() { value } else { lowest });
     // Beyond 2^53 doubles skip integers, but differences of neighbours stay exact.
     if whole && high - low <= 65_535.0 {
         let intensities = if high - low <= 255.0 {
@@ -61,19 +79,16 @@ pub(super) fn store_floats(values: impl Iterator<Item = f64> + Clone) -> Result<
         } else {
             Intensities::U16(values.map(|value| (value - low) as u16).collect())
         };
-        return Ok(Stored { intensities, step: 1.0, base: low });
+        return Ok(Stored { intensities, step: 1.0, base: low, background });
     }
     // Infinite where the values span more than a double can: such a volume is refused when it is made.
     let width = high - low;
     let step = width / 65_535.0;
     if step < f64::MIN_POSITIVE {
         // One value, or values that differ by less than can be told apart.
-        return Ok(Stored {
-            intensities: Intensities::U8(values.map(|_| 0).collect()),
-            step: 1.0,
-            base: low,
-        });
+        let intensities = Intensities::U8(values.map(|_| 0).collect());
+        return Ok(Stored { intensities, step: 1.0, base: low, background });
     }
     let values = values.map(|value| ((value - low) / width * 65_535.0).round() as u16).collect();
-    Ok(Stored { intensities: Intensities::U16(values), step, base: low })
+    Ok(Stored { intensities: Intensities::U16(values), step, base: low, background })
 }

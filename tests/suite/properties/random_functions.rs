@@ -41,3 +41,30 @@ pub(crate) fn slicer_vp(random: &mut Random, points: &[[f32; 5]]) -> String {
     ]
     .concat()
 }
+
+/// The points as 3D Slicer's volume property in JSON. Points that share a value keep their order.
+pub(crate) fn slicer_json(random: &mut Random, points: &[[f32; 5]]) -> String {
+    // A line to the next point, which can be left out.
+    let straight = |random: &mut Random| {
+        random.pick(&["", ", \"midpoint\": 0.5, \"sharpness\": 0.0", ", \"sharpness\": 0"])
+    };
+    let opacities: Vec<_> = points
+        .iter()
+        .map(|[value, .., opacity]| format!("{{\"x\": {value:?}, \"y\": {opacity:?}{}}}", straight(random)))
+        .collect();
+    let colors: Vec<_> = points
+        .iter()
+        .map(|[value, red, green, blue, _]| {
+            format!("{{\"x\": {value:?}, \"color\": [{red:?}, {green:?}, {blue:?}]{}}}", straight(random))
+        })
+        .collect();
+    let [opacities, colors] = [opacities, colors].map(|points| points.join(random.pick(&[",", ",\n  "])));
+    let rest =
+        random.pick(&["", ", \"shade\": true, \"lighting\": {\"ambient\": 0.1}, \"componentWeight\": 1.0"]);
+    let unit = random.pick(&["", ", \"scalarOpacityUnitDistance\": 0.25"]);
+    format!(
+        "{{\"@schema\": \"volume-property-schema-v1.0.0.json#\", \"volumeProperties\": [{{\"components\": [{{\
+         \"scalarOpacity\": {{\"points\": [{opacities}]}}, \"rgbTransferFunction\": {{\"points\": [{colors}]}}\
+         {rest}{unit}}}]}}]}}\n"
+    )
+}

@@ -100,39 +100,81 @@ type Writer = fn(&mut Random, &Grid) -> Files;
 pub(crate) const FORMATS: [(&str, Writer); 3] =
     [("nifti", nifti), ("nrrd", nrrd), ("meta_image", meta_image)];
 
+/// Units of length, as NIfTI numbers and the others name them, and how many make a millimetre.
+const UNITS: [(u8, &str, f32); 4] = [(0, "", 1.0), (1, "m", 0.001), (2, "mm", 1.0), (3, "um", 1000.0)];
+
 fn nifti(random: &mut Random, grid: &Grid) -> Files {
-    let (big_endian, attached) = (random.flip(), random.flip());
-    let offset = if attached { random.pick(&[0, 352, 368]) } else { random.pick(&[0, 16]) };
-    let mut header = vec![0; 352];
-    let mut put = |at: usize, little_endian: &[u8]| {
-        let field = &mut header[at..at + little_endian.len()];
-        field.copy_from_slice(little_endian);
+    let (big_endian, attached, version_2) = (random.flip(), random.flip(), random.flip());
+    let start = if version_2 { 544 } else { 352 };
+    let offset = if attached { random.pick(&[0, start, start + 16]) } else { random.pick(&[0, 16]) };
+    let fields = if version_2 { nifti_2(random, grid, offset) } else { nifti_1(random, grid, offset) };
+    let mut header = vec![0; start];
+    for (at, mut bytes) in fields {
         if big_endian {
-            field.reverse();
+            bytes.reverse();
         }
-    };
-    put(0, &348i32.to_le_bytes());
-    put(40, &random.pick(&[3i16, 4, 7]).to_le_bytes());
-    for axis in 0..7 {
-        put(42 + 2 * axis, &grid.sizes.get(axis).unwrap_or(&1).to_le_bytes());
-        put(80 + 4 * axis, &grid.spacing.get(axis).unwrap_or(&1.0).to_le_bytes());
+        header[at..at + bytes.len()].copy_from_slice(&bytes);
     }
-    put(70, &grid.scalar.nifti.to_le_bytes());
-    put(108, &(offset as f32).to_le_bytes());
-    put(112, &grid.rescale[0].to_le_bytes());
-    put(116, &grid.rescale[1].to_le_bytes());
-    // Half a turn around x, for those that have a qform.
-    put(252, &random.pick(&[0i16, 1]).to_le_bytes());
-    put(256, &1f32.to_le_bytes());
-    header[344..].copy_from_slice(if attached { b"n+1\0\0\0\0\0" } else { b"ni1\0\0\0\0\0" });
+    let (at, magic): (_, &[u8]) = if version_2 { (4, b"n+2\0\r\n\x1a\n") } else { (344, b"n+1\0") };
+    header[at..at + magic.len()].copy_from_slice(magic);
+    if !attached {
+        header[at + 1] = b'i';
+    }
     let data = [vec![0; if attached { 0 } else { offset }], grid.data(big_endian)].concat();
     let mut perhaps_gzip = |bytes: Vec<u8>| if random.flip() { gzip(&bytes) } else { bytes };
     if attached {
-        header.resize(offset.max(352), 0);
+        header.resize(offset.max(start), 0);
         return vec![("a.nii", perhaps_gzip([header, data].concat()))];
     }
     let header = perhaps_gzip(header);
     vec![("a.hdr", header), ("a.img", perhaps_gzip(data))]
+}
+
+/// Where fields are, and their little-endian bytes.
+type Fields = Vec<(usize, Vec<u8>)>;
+
+fn nifti_1(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
+    let (unit, _, per_mm) = random.pick(&UNITS);
+    let mut fields: Fields = vec![
+        (0, 348i32.to_le_bytes().into()),
+        (40, random.pick(&[3i16, 4, 7]).to_le_bytes().into()),
+        (70, grid.scalar.nifti.to_le_bytes().into()),
+        (108, (offset as f32).to_le_bytes().into()),
+        (112, grid.rescale[0].to_le_bytes().into()),
+        (116, grid.rescale[1].to_le_bytes().into()),
+        (123, vec![unit]),
+        // Half a turn around x, for those that have a qform.
+        (252, random.pick(&[0i16, 1]).to_le_bytes().into()),
+        (256, 1f32.to_le_bytes().into()),
+    ];
+    for axis in 0..7 {
+        let (size, spacing) = (grid.sizes.get(axis).unwrap_or(&1), grid.spacing.get(axis).unwrap_or(&1.0));
+        fields.push((42 + 2 * axis, size.to_le_bytes().into()));
+        fields.push((80 + 4 * axis, (spacing * per_mm).to_le_bytes().into()));
+    }
+    fields
+}
+
+/// The same in the second version's places and widths.
+fn nifti_2(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
+    let (unit, _, per_mm) = random.pick(&UNITS);
+    let mut fields: Fields = vec![
+        (0, 540i32.to_le_bytes().into()),
+        (12, grid.scalar.nifti.to_le_bytes().into()),
+        (16, random.pick(&[3i64, 4, 7]).to_le_bytes().into()),
+        (168, (offset as i64).to_le_bytes().into()),
+        (176, f64::from(grid.rescale[0]).to_le_bytes().into()),
+        (184, f64::from(grid.rescale[1]).to_le_bytes().into()),
+        (344, random.pick(&[0i32, 1]).to_le_bytes().into()),
+        (352, 1f64.to_le_bytes().into()),
+        (500, i32::from(unit).to_le_bytes().into()),
+    ];
+    for axis in 0..7 {
+        let (size, spacing) = (grid.sizes.get(axis).unwrap_or(&1), grid.spacing.get(axis).unwrap_or(&1.0));
+        fields.push((24 + 8 * axis, i64::from(*size).to_le_bytes().into()));
+        fields.push((112 + 8 * axis, f64::from(spacing * per_mm).to_le_bytes().into()));
+    }
+    fields
 }
 
 fn nrrd(random: &mut Random, grid: &Grid) -> Files {
@@ -141,14 +183,20 @@ fn nrrd(random: &mut Random, grid: &Grid) -> Files {
     let is_text = matches!(encoding, "ascii" | "text");
     let (line_skip, byte_skip) = (random.below(3), random.pick(if is_text { &[0, 3] } else { &[0, 3, -1] }));
     let [x, y, z] = grid.sizes;
-    let [dx, dy, dz] = grid.spacing;
+    let (_, unit, per_mm) = random.pick(&UNITS);
+    let [dx, dy, dz] = grid.spacing.map(|spacing| spacing * per_mm);
+    let units = format!("units: \"{unit}\" \"{unit}\" \"{unit}\"\n");
     let geometry = match random.below(3) {
-        0 => format!("dimension: 3\nsizes: {x} {y} {z}\nspacings: {dx} {dy} {dz}\n"),
+        0 => format!("dimension: 3\nsizes: {x} {y} {z}\nspacings: {dx} {dy} {dz}\n{units}"),
         kind => {
-            let (dimension, size, none) = if kind == 1 { (3, "", "") } else { (4, "1 ", "none ") };
+            let (dimension, size, none, kinds) = match kind {
+                1 => (3, "", "", "domain domain space"),
+                _ => (4, "1 ", "none ", "list space space space"),
+            };
             format!(
-                "dimension: {dimension}\nspace: LPS\nsizes: {size}{x} {y} {z}\n\
-                 space directions: {none}(0,{dx},0) (-{dy},0,0) (0,0,{dz})\nspace origin: (1,2e1,-3)\n"
+                "dimension: {dimension}\nspace: LPS\nsizes: {size}{x} {y} {z}\nkinds: {kinds}\n\
+                 space directions: {none}(0,{dx},0) (-{dy},0,0) (0,0,{dz})\nspace origin: (1,2e1,-3)\n\
+                 space {units}"
             )
         }
     };
@@ -176,7 +224,8 @@ fn meta_image(random: &mut Random, grid: &Grid) -> Files {
     let is_text = encoding == "text";
     let skip = random.pick(if is_text { &[0, 3] } else { &[0, 3, -1] });
     let [x, y, z] = grid.sizes;
-    let [dx, dy, dz] = grid.spacing;
+    let (_, unit, per_mm) = random.pick(&UNITS);
+    let [dx, dy, dz] = grid.spacing.map(|spacing| spacing * per_mm);
     let [slope, intercept] = grid.rescale;
     let scalar = grid.scalar.meta_image;
     let compressed = matches!(encoding, "zlib" | "gzip");
@@ -184,7 +233,7 @@ fn meta_image(random: &mut Random, grid: &Grid) -> Files {
     let header = format!(
         "ObjectType = Image\nNDims = 3\nBinaryData = {}\nBinaryDataByteOrderMSB = {big_endian}\n\
          CompressedData = {compressed}\nTransformMatrix = 0 1 0 1 0 0 0 0 -1\nOffset = 1 -2 3.5\n\
-         ElementSpacing = {dx} {dy} {dz}\nDimSize = {x} {y} {z}\nHeaderSize = {skip}\n\
+         ElementSpacing = {dx} {dy} {dz}\nDistanceUnits = {unit}\nDimSize = {x} {y} {z}\nHeaderSize = {skip}\n\
          ElementToIntensityFunctionSlope = {slope}\nElementToIntensityFunctionOffset = {intercept}\n\
          ElementType = {scalar}\nElementDataFile = {file}\n",
         !is_text

@@ -1,30 +1,32 @@
-//! 3D Slicer's volume property files (`.vp`).
+//! Volume properties in lines (`.vp`).
 //!
 //! Six numbers for interpolation and shading, then three functions: scalar opacity, gradient opacity,
 //! colour. Each begins with how many numbers follow: two (value, opacity) or four (value, red, green,
 //! blue) per node. Slicer writes one entry per line; what follows `=>` on a line is an explanation,
 //! as in its manual's example.
 
-use super::transfer_function::{ControlPoint, TransferFunctionError, mix};
+use super::nodes::{Functions, Node};
+use crate::volume::transfer_function::TransferFunction;
+use crate::volume::transfer_function_error::TransferFunctionError;
 
 /// The numbers before the first function.
 const SETTINGS: [&str; 6] =
     ["interpolation type", "shade", "diffuse", "ambient", "specular", "specular power"];
 
-/// The control points of a volume property: one at every node of its opacity and colour functions.
-pub(super) fn control_points(text: &str) -> Result<Vec<ControlPoint>, TransferFunctionError> {
+/// Reads a volume property, whose unit of length the format leaves out: 1 mm.
+pub(super) fn read(text: &str) -> Result<TransferFunction, TransferFunctionError> {
     let mut words = Words::new(text);
     for setting in SETTINGS {
         words.number(setting)?;
     }
-    let opacities = words.function("scalar opacity")?;
-    words.function::<1>("gradient opacity")?;
-    let colors = words.function("color")?;
-    Ok(merge(&opacities, &colors))
+    let functions = Functions {
+        opacity: words.function("scalar opacity")?,
+        gradient_opacity: words.function("gradient opacity")?,
+        color: words.function("color")?,
+        opacity_unit_distance_mm: 1.0,
+    };
+    Ok(functions.transfer_function())
 }
-
-/// A node of a piecewise linear function with `N` outputs.
-type Node<const N: usize> = (f32, [f32; N]);
 
 struct Words<'a> {
     words: Vec<(usize, &'a str)>,
@@ -90,39 +92,5 @@ impl<'a> Words<'a> {
         }
         nodes.sort_by(|a: &Node<N>, b| a.0.total_cmp(&b.0));
         Ok(nodes)
-    }
-}
-
-/// One control point wherever either function has a node, two where one of them has a step.
-fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
-    let mut values: Vec<f32> = opacities.iter().map(|node| node.0).collect();
-    values.extend(colors.iter().map(|node| node.0));
-    values.sort_by(f32::total_cmp);
-    values.dedup();
-    let mut points = Vec::new();
-    for value in values {
-        let side = |upper: bool| ControlPoint {
-            value,
-            // A property without colours is white, one without opacities clear.
-            color: evaluate(colors, value, upper).unwrap_or([1.0; 3]),
-            opacity: evaluate(opacities, value, upper).map_or(0.0, |[opacity]| opacity),
-        };
-        let (lower, upper) = (side(false), side(true));
-        points.push(lower);
-        if lower != upper {
-            points.push(upper);
-        }
-    }
-    points
-}
-
-/// A function at a value, constant beyond its outermost nodes; at a step its lower or upper side.
-fn evaluate<const N: usize>(nodes: &[Node<N>], value: f32, upper: bool) -> Option<[f32; N]> {
-    let above = nodes.partition_point(|node| node.0 < value || (upper && node.0 == value));
-    let below = above.checked_sub(1).and_then(|below| nodes.get(below));
-    match (below, nodes.get(above)) {
-        (Some(a), Some(b)) => Some(mix([a.0.into(), b.0.into()], [a.1, b.1], value.into())),
-        (Some(only), None) | (None, Some(only)) => Some(only.1),
-        (None, None) => None,
     }
 }

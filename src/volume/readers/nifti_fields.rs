@@ -1,0 +1,90 @@
+//! The fields of NIfTI headers, the same for both versions.
+
+use nifti::{Endianness, NiftiHeader};
+
+use super::header::DataLocation;
+use super::nifti2;
+use crate::volume::error::VolumeError;
+
+/// Bytes of a NIfTI-1 header.
+const VERSION_1_BYTES: u64 = 348;
+
+/// The fields that matter here, as written.
+#[derive(Debug)]
+pub(super) struct Fields {
+    pub(super) big_endian: bool,
+    /// Whether the data are in the header's file.
+    pub(super) attached: bool,
+    /// The first byte that data in the header's file can be at: the header and four bytes of flags.
+    pub(super) first_data_byte: u64,
+    pub(super) dim: [i64; 8],
+    pub(super) intent_code: i32,
+    pub(super) datatype: i16,
+    pub(super) pixdim: [f64; 8],
+    pub(super) vox_offset: f64,
+    pub(super) scl_slope: f64,
+    pub(super) scl_inter: f64,
+    pub(super) xyzt_units: i32,
+    pub(super) qform_code: i32,
+    pub(super) sform_code: i32,
+    /// b, c and d.
+    pub(super) quatern: [f64; 3],
+    pub(super) qoffset: [f64; 3],
+    /// Rows for x, y and z.
+    pub(super) srow: [[f64; 4]; 3],
+}
+
+impl Fields {
+    /// The fields of a header's bytes, of whichever version they are.
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, VolumeError> {
+        // Both versions begin with the header's own size.
+        let size = bytes.first_chunk().copied().unwrap_or_default();
+        let expected = match [i32::from_le_bytes(size), i32::from_be_bytes(size)] {
+            sizes if sizes.contains(&nifti2::HEADER_BYTES) => nifti2::HEADER_BYTES as u64,
+            _ => VERSION_1_BYTES,
+        };
+        let found = bytes.len() as u64;
+        if found < expected {
+            return Err(VolumeError::Truncated { expected_bytes: expected, found_bytes: found });
+        }
+        if expected == VERSION_1_BYTES { Self::version_1(bytes) } else { nifti2::fields(bytes) }
+    }
+
+    /// The crate takes the byte order from the number of dimensions; the header's own size, which it does not look
+    /// at, must agree.
+    fn version_1(bytes: &[u8]) -> Result<Self, VolumeError> {
+        let header = NiftiHeader::from_reader(bytes).map_err(|_| not_nifti())?;
+        if header.sizeof_hdr as u64 != VERSION_1_BYTES {
+            return Err(not_nifti());
+        }
+        Ok(Self {
+            big_endian: header.endianness == Endianness::Big,
+            attached: &header.magic == b"n+1\0",
+            first_data_byte: VERSION_1_BYTES + 4,
+            // Sizes are signed in the format; the crate reads them unsigned.
+            dim: header.dim.map(|size| (size as i16).into()),
+            intent_code: header.intent_code.into(),
+            datatype: header.datatype,
+            pixdim: header.pixdim.map(f64::from),
+            vox_offset: header.vox_offset.into(),
+            scl_slope: header.scl_slope.into(),
+            scl_inter: header.scl_inter.into(),
+            xyzt_units: header.xyzt_units.into(),
+            qform_code: header.qform_code.into(),
+            sform_code: header.sform_code.into(),
+            quatern: [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from),
+            qoffset: [header.quatern_x, header.quatern_y, header.quatern_z].map(f64::from),
+            srow: [header.srow_x, header.srow_y, header.srow_z].map(|row| row.map(f64::from)),
+        })
+    }
+
+    /// Where the data are.
+    pub(super) fn data_location(&self) -> DataLocation {
+        if self.attached { DataLocation::Attached { offset: 0 } } else { DataLocation::NiftiPair }
+    }
+}
+
+/// The error of a file that is something else.
+pub(super) fn not_nifti() -> VolumeError {
+    VolumeError::NotThisFormat { expected: "a NIfTI file of version 1 or 2" }
+}

@@ -1,0 +1,60 @@
+//! Piecewise linear functions, and what becomes of them in a transfer function.
+
+use crate::volume::transfer_function::{ControlPoint, GradientPoint, TransferFunction, mix};
+
+/// A node of a piecewise linear function with `N` outputs.
+pub(super) type Node<const N: usize> = (f32, [f32; N]);
+
+/// The functions of a volume property, each sorted by value, two nodes of one value making a step.
+pub(super) struct Functions {
+    pub(super) opacity: Vec<Node<1>>,
+    pub(super) gradient_opacity: Vec<Node<1>>,
+    pub(super) color: Vec<Node<3>>,
+    pub(super) opacity_unit_distance_mm: f32,
+}
+
+impl Functions {
+    /// The transfer function that they make, not validated.
+    pub(super) fn transfer_function(&self) -> TransferFunction {
+        let gradient_point = |&(gradient, [opacity]): &Node<1>| GradientPoint { gradient, opacity };
+        TransferFunction {
+            points: merge(&self.opacity, &self.color),
+            opacity_unit_distance_mm: self.opacity_unit_distance_mm,
+            gradient_opacity: self.gradient_opacity.iter().map(gradient_point).collect(),
+        }
+    }
+}
+
+/// One control point wherever either function has a node, two where one of them has a step.
+fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
+    let mut values: Vec<f32> = opacities.iter().map(|node| node.0).collect();
+    values.extend(colors.iter().map(|node| node.0));
+    values.sort_by(f32::total_cmp);
+    values.dedup();
+    let mut points = Vec::new();
+    for value in values {
+        let side = |upper: bool| ControlPoint {
+            value,
+            // A property without colours is white, one without opacities clear.
+            color: evaluate(colors, value, upper).unwrap_or([1.0; 3]),
+            opacity: evaluate(opacities, value, upper).map_or(0.0, |[opacity]| opacity),
+        };
+        let (lower, upper) = (side(false), side(true));
+        points.push(lower);
+        if lower != upper {
+            points.push(upper);
+        }
+    }
+    points
+}
+
+/// A function at a value, constant beyond its outermost nodes; at a step its lower or upper side.
+fn evaluate<const N: usize>(nodes: &[Node<N>], value: f32, upper: bool) -> Option<[f32; N]> {
+    let above = nodes.partition_point(|node| node.0 < value || (upper && node.0 == value));
+    let below = above.checked_sub(1).and_then(|below| nodes.get(below));
+    match (below, nodes.get(above)) {
+        (Some(a), Some(b)) => Some(mix([a.0.into(), b.0.into()], [a.1, b.1], value.into())),
+        (Some(only), None) | (None, Some(only)) => Some(only.1),
+        (None, None) => None,
+    }
+}
