@@ -9,7 +9,7 @@ use bevy::{
     render::renderer::RenderDevice,
 };
 
-use super::{VolumeMaterial, volume_material::MaterialVariant};
+use super::{VolumeMaterial, volume_material::MaterialVariant, warm_up::WarmUps};
 use crate::{
     clip::{ClipCapacity, ClipSettings},
     occlusion::FittedOcclusion,
@@ -49,6 +49,7 @@ pub(super) fn attach_visuals(
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
     device: Res<RenderDevice>,
+    mut warm_ups: WarmUps,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
@@ -60,7 +61,7 @@ pub(super) fn attach_visuals(
             texels: OcclusionTexels::of(&fitted.occlusion),
             is_isosurface: draws_isosurface(&fitted.occlusion),
         };
-        let visuals = Visuals {
+        let mut visuals = Visuals {
             geometry: table.geometry,
             bindings: Bindings {
                 volume_revision: table.volume_revision,
@@ -97,6 +98,13 @@ pub(super) fn attach_visuals(
                 (child, None)
             }
         };
+        if let Some(current) = current {
+            let shown = current.bindings.variant;
+            let wanted = VolumeMaterial { volume: entity, variant };
+            if !warm_ups.are_done(child, shown, wanted, &table.geometry, &mut meshes, &mut materials) {
+                visuals.bindings.variant = shown;
+            }
+        }
         if current == Some(&visuals) && !is_new_device {
             continue;
         }
@@ -105,6 +113,7 @@ pub(super) fn attach_visuals(
             child.try_insert(Mesh3d(meshes.add(box_mesh(&table.geometry))));
         }
         if current.is_none_or(|current| current.bindings != visuals.bindings) {
+            let variant = visuals.bindings.variant;
             child.try_insert(MeshMaterial3d(materials.add(VolumeMaterial { volume: entity, variant })));
         }
         child.try_insert(visuals);
@@ -130,7 +139,7 @@ pub(super) fn detach_visuals(
 }
 
 /// The box that the voxels fill, in volume space (mm), faces outwards.
-fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
+pub(super) fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
     // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

@@ -3,13 +3,14 @@
 mod attach;
 mod depth_prepass;
 mod volume_material;
+mod warm_up;
 
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
     camera::visibility::VisibilitySystems,
     pbr::MaterialPlugin,
     prelude::*,
-    render::{Render, RenderApp, erased_render_asset::prepare_erased_assets},
+    render::{ExtractSchedule, Render, RenderApp, RenderSystems, erased_render_asset::prepare_erased_assets},
     shader::load_shader_library,
 };
 
@@ -45,9 +46,17 @@ impl Plugin for VolumeMaterialPlugin {
                     .before(VisibilitySystems::VisibilityPropagate)
                     .before(AssetEventSystems),
             );
+        let (in_background, ready) =
+            (warm_up::CompilesInBackground::of(app), warm_up::ReadyWarmUps::default());
+        app.insert_resource(in_background).insert_resource(ready.clone());
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             let prepare_materials = prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>;
-            render_app.configure_sets(Render, VolumeResourceSystems.before(prepare_materials));
+            render_app
+                .insert_resource(ready)
+                .init_resource::<warm_up::ExtractedWarmUps>()
+                .configure_sets(Render, VolumeResourceSystems.before(prepare_materials))
+                .add_systems(ExtractSchedule, warm_up::extract_warm_ups)
+                .add_systems(Render, warm_up::find_ready.in_set(RenderSystems::Cleanup));
         }
     }
 }

@@ -43,6 +43,14 @@ pub struct MaterialVariant {
     pub(super) is_isosurface: bool,
 }
 
+impl MaterialVariant {
+    /// Whether another is drawn by the same pipelines.
+    pub(super) fn has_pipelines_of(&self, other: &Self) -> bool {
+        self.texels.shader_def() == other.texels.shader_def()
+            && (self.is_mirrored, self.is_isosurface) == (other.is_mirrored, other.is_isosurface)
+    }
+}
+
 /// Where Bevy binds materials: group 3.
 const MATERIAL_BIND_GROUP: u32 = bevy::pbr::MATERIAL_BIND_GROUP_INDEX as u32;
 
