@@ -1,5 +1,7 @@
 //! A Bevy app without a window that renders into an image, frame by frame.
 
+mod waiting;
+
 use bevy::{
     app::PluginsState,
     asset::{RenderAssetUsages, UnapprovedPathMode},
@@ -14,15 +16,14 @@ use bevy::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, CachedPipelineState, CommandEncoder,
-            CommandEncoderDescriptor, Extent3d, MapMode, PipelineCache, PollType, TexelCopyBufferInfo,
-            TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
+            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, Extent3d,
+            MapMode, PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat,
+            TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
         settings::{Backends, WgpuSettings},
         texture::GpuImage,
     },
-    shader::ShaderCacheError,
     window::ExitCondition,
     winit::WinitPlugin,
 };
@@ -38,6 +39,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use waiting::PATIENCE;
+
 /// The folder of this project: where Cargo runs it, which need not be where it was built.
 pub fn project_folder() -> PathBuf {
     std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into()).into()
@@ -47,6 +50,8 @@ pub fn project_folder() -> PathBuf {
 pub struct Headless {
     /// The app; its frames are run with [`Headless::frame`].
     pub app: App,
+    /// How long [`Self::until_ready`] waits without anything coming.
+    pub patience: Duration,
     target: Handle<Image>,
 }
 
@@ -100,7 +105,9 @@ impl Headless {
                 failures.0.push(failed.reason.to_string());
             });
         setup(&mut app);
+        let begin = Instant::now();
         while app.plugins_state() == PluginsState::Adding {
+            assert!(begin.elapsed() < PATIENCE, "waited in vain for a graphics device");
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
         app.finish();
@@ -111,7 +118,7 @@ impl Headless {
         image.asset_usage = RenderAssetUsages::RENDER_WORLD;
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
-        let mut headless = Self { app, target };
+        let mut headless = Self { app, patience: PATIENCE, target };
         // Timestamps of software drivers say nothing about compute passes.
         let by_clock = TimePassesByClock(headless.is_software());
         headless.app.insert_resource(by_clock);
@@ -151,75 +158,12 @@ impl Headless {
         }
     }
 
-    /// Runs frames until something holds, for up to a minute: shaders and meshes are read meanwhile, which
-    /// takes time and not a number of frames. Returns whether it came to hold.
-    pub fn frames_until(&mut self, holds: impl Fn(&Self) -> bool) -> bool {
-        let begin = Instant::now();
-        while begin.elapsed() < Duration::from_secs(60) {
-            self.frame();
-            if holds(self) {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Runs frames until the volume has been read and drawn for the first time with all its
-    /// occlusion, or its file could not be read.
-    pub fn until_ready(&mut self, volume: Entity) -> Result<(), String> {
-        // Nobody looks meanwhile.
-        self.set_cameras_active(false);
-        for frame in 0.. {
-            self.frame();
-            // A change needs this many frames to show in the progress: asset event, frame, report.
-            if frame < 3 {
-                continue;
-            }
-            if let Some(error) = self.app.world().resource::<Failures>().0.first() {
-                return Err(error.clone());
-            }
-            if let Some(error) = self.pipeline_error() {
-                return Err(error);
-            }
-            if self.is_ready(volume) {
-                self.set_cameras_active(true);
-                self.frame();
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    fn set_cameras_active(&mut self, is_active: bool) {
-        let world = self.app.world_mut();
-        for mut camera in world.query::<&mut Camera>().iter_mut(world) {
-            camera.is_active = is_active;
-        }
-    }
-
-    /// What is wrong with a shader, if anything.
-    fn pipeline_error(&self) -> Option<String> {
-        let cache = self.render_world().resource::<PipelineCache>();
-        cache.pipelines().find_map(|pipeline| match &pipeline.state {
-            // Others are about shaders that are still being read.
-            CachedPipelineState::Err(error @ ShaderCacheError::ProcessShaderError(_))
-            | CachedPipelineState::Err(error @ ShaderCacheError::CreateShaderModule(_)) => {
-                Some(error.to_string())
-            }
-            _ => None,
-        })
-    }
-
-    fn is_ready(&self, volume: Entity) -> bool {
-        let progress = self.app.world().get::<OcclusionProgress>(volume);
-        progress.is_some_and(|progress| progress.0 >= 1.0)
-    }
-
     /// The rendered image, RGBA, rows downwards.
     pub fn image(&self) -> Vec<u8> {
         let world = self.render_world();
         let images = world.resource::<RenderAssets<GpuImage>>();
-        images.get(&self.target).map(|image| read_texture(world, &image.texture)).unwrap_or_default()
+        let image = images.get(&self.target).expect("a frame has been run");
+        read_texture(world, &image.texture)
     }
 
     /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
@@ -346,8 +290,11 @@ pub fn voxel_at(index: u32, dimensions: UVec3) -> UVec3 {
     UVec3::new(index % x, index / x % y, index / (x * y))
 }
 
-/// Pixels that are not the same in two RGBA images of one size.
+/// Pixels that are not the same in two RGBA images of one size. Panics where neither shows anything: nothing would
+/// be compared.
 pub fn different_pixels(a: &[u8], b: &[u8]) -> usize {
+    assert_eq!(a.len(), b.len());
+    assert!([a, b].iter().any(|image| image.chunks(4).any(|pixel| *pixel != image[..4])), "nothing is shown");
     a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
 }
 

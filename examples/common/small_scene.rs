@@ -144,6 +144,12 @@ impl TestScene {
         world.spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm))).id()
     }
 
+    /// Moves the volume; the transform is that of what is shown, at 0.001 world units a mm.
+    pub fn place_volume(&mut self, pose: Transform) {
+        let (volume, scale) = (self.volume, pose.scale * WORLD_UNITS_PER_MM);
+        self.world().entity_mut(volume).insert(pose.with_scale(scale));
+    }
+
     pub fn move_carver(&mut self, carver: Entity, transform_mm: Transform) {
         self.world().entity_mut(carver).insert(in_world_units(transform_mm));
     }
@@ -176,7 +182,9 @@ impl TestScene {
 
     /// Whether no drawn point reads each voxel.
     pub fn hidden(&self) -> Vec<bool> {
-        self.headless.mask(self.volume, VoxelMask::Hidden)
+        let hidden = self.headless.mask(self.volume, VoxelMask::Hidden);
+        assert!(!hidden.is_empty(), "there is no volume");
+        hidden
     }
 
     /// The camera.
@@ -187,7 +195,9 @@ impl TestScene {
     }
 
     pub fn opacities(&self) -> Vec<u8> {
-        self.headless.voxels(self.volume, VolumeTexture::Opacities)
+        let opacities = self.headless.voxels(self.volume, VolumeTexture::Opacities);
+        assert!(!opacities.is_empty(), "there is no volume");
+        opacities
     }
 
     pub fn status(&self) -> RenderStatus {

@@ -1,15 +1,20 @@
-//! Whether structs and constants that stand in Rust and in WGSL are the same in both.
+//! Whether structs and constants that stand in Rust and in WGSL are the same in both: structs member by member,
+//! by name, type and place, so that two of one type cannot be swapped.
 
 use bevy::render::render_resource::{ShaderType, encase::private::StructMetadata};
-use naga::TypeInner;
+use naga::{ArraySize, Handle, Module, Scalar, ScalarKind, StructMember, Type, TypeInner};
+use std::{collections::BTreeSet, fs, path::Path};
 
 use super::{
     brick_resources::{MASKS, PENDING},
     carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
-    compute_pass::{ListEnd, WIDTH},
+    clip_textures::{PEEL_BYTES_PER_TEXEL, TEXELS_PER_TILE},
+    compute_pass::{LIST_HEAD, ListEnd, WIDTH},
+    dilate::DilationUniform,
     direct::SlicingData,
     filtering::FilteringData,
     pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+    peel::LayerRangeUniform,
     screen_space::views::ScreenSpaceUniform,
     sweeping::{SIDE, SweepPlane, SweepingUniform, TILE},
     volume_store::VoxelMask,
@@ -24,41 +29,174 @@ const BINDINGS: &str = include_str!("volume_bindings.wgsl");
 const BRICKS: &str = include_str!("bricks.wgsl");
 const PASS: &str = include_str!("occlusion_pass.wgsl");
 const WORK_LIST: &str = include_str!("work_list.wgsl");
+const DILATE: &str = include_str!("dilate.wgsl");
 const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
-const SCREEN_SPACE: &str = include_str!("screen_space/bindings.wgsl");
-const WINDOW: &str = include_str!("window.wgsl");
-const SLICES: &str = include_str!("direct/slices.wgsl");
-const SWEEPING: &str = include_str!("sweeping/sweeping.wgsl");
 const SWEEP: &str = include_str!("sweeping/sweep.wgsl");
 const OCTANTS: &str = include_str!("../material/octants.wgsl");
 
-/// Size and offsets of a WGSL struct, which has no other struct in it.
-fn wgsl_layout(shader: &str, name: &str) -> (u64, Vec<u64>) {
-    let begin = shader.find(&format!("struct {name} {{")).expect("the struct is there");
-    let text = shader[begin..].split_inclusive("\n}").next().expect("the struct ends");
-    let module = naga::front::wgsl::parse_str(text).expect("the struct is valid");
+/// A member of a struct: its name, its type as Rust writes it, its offset.
+type Member = (String, String, u64);
+
+/// The size of a struct, and its members.
+type Layout = (u64, Vec<Member>);
+
+/// A struct that stands in both.
+struct Shared {
+    rust: String,
+    wgsl: &'static str,
+    size: u64,
+    offsets: Vec<u64>,
+}
+
+fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl: &'static str) -> Shared {
+    let path = core::any::type_name::<T>();
+    Shared {
+        rust: path.rsplit("::").next().unwrap_or(path).into(),
+        wgsl,
+        size: T::min_size().get(),
+        offsets: (0..N).map(|member| T::METADATA.offset(member)).collect(),
+    }
+}
+
+/// All of them; a test says so.
+fn all_shared() -> [Shared; 11] {
+    [
+        shared::<VolumeUniform, _>("VolumeUniform"),
+        shared::<CarverUniform, _>("Carver"),
+        shared::<OcclusionPassUniform, _>("OcclusionPass"),
+        shared::<FilteringData, _>("Filtering"),
+        shared::<ScreenSpaceUniform, _>("ScreenSpaceView"),
+        shared::<WindowUniform, _>("Window"),
+        shared::<SlicingData, _>("Slicing"),
+        shared::<SweepingUniform, _>("Sweeping"),
+        shared::<SweepPlane, _>("Plane"),
+        shared::<LayerRangeUniform, _>("LayerRange"),
+        shared::<DilationUniform, _>("Dilation"),
+    ]
+}
+
+/// The texts of all files in `src` whose names end so.
+fn sources(ending: &str) -> Vec<String> {
+    let project = std::env::var("CARGO_MANIFEST_DIR");
+    let project = project.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR"));
+    let (mut folders, mut texts) = (vec![Path::new(project).join("src")], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder of sources") {
+            let path = entry.expect("a source").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.to_string_lossy().ends_with(ending) {
+                texts.push(fs::read_to_string(path).expect("a text"));
+            }
+        }
+    }
+    texts
+}
+
+/// A struct's text, the same in Rust and WGSL but for its members.
+fn struct_text<'a>(sources: &'a [String], name: &str) -> &'a str {
+    let header = format!("struct {name} {{\n");
+    let found: Vec<_> =
+        sources.iter().filter_map(|text| text.find(&header).map(|begin| &text[begin..])).collect();
+    let [text] = found[..] else { panic!("{} structs {name}", found.len()) };
+    text.split_inclusive("\n}").next().expect("the struct ends")
+}
+
+/// Names and types are in the source alone.
+fn rust_layout(sources: &[String], shared: &Shared) -> Layout {
+    let lines = struct_text(sources, &shared.rust).lines().map(str::trim);
+    let members = lines.filter(|line| !line.starts_with("//")).filter_map(|line| {
+        let (name, found) = line.strip_suffix(',')?.split_once(": ")?;
+        Some((name.rsplit(' ').next()?.to_owned(), found.to_owned()))
+    });
+    let members: Vec<_> = members.collect();
+    assert_eq!(members.len(), shared.offsets.len(), "members of {}", shared.rust);
+    let with_offset = |((name, found), offset): (_, &u64)| (name, found, *offset);
+    (shared.size, members.into_iter().zip(&shared.offsets).map(with_offset).collect())
+}
+
+/// The layout of a struct that has no other struct in it.
+fn wgsl_layout(sources: &[String], name: &str) -> Layout {
+    let module = naga::front::wgsl::parse_str(struct_text(sources, name)).expect("the struct is valid");
     let found = module.types.iter().find(|(_, found)| found.name.as_deref() == Some(name));
     let (_, found) = found.expect("naga keeps it");
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
-    (*span as u64, members.iter().map(|member| member.offset as u64).collect())
+    let member = |member: &StructMember| {
+        let name = member.name.clone().unwrap_or_default();
+        (name, rust_type(&module, member.ty), member.offset.into())
+    };
+    ((*span).into(), members.iter().map(member).collect())
 }
 
-fn rust_layout<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>() -> (u64, Vec<u64>) {
-    let offsets = (0..N).map(|member| T::METADATA.offset(member)).collect();
-    (T::min_size().get(), offsets)
+/// The type of a WGSL member as Rust writes it. That it is atomic is the shader's affair.
+fn rust_type(module: &Module, handle: Handle<Type>) -> String {
+    let name = |scalar: Scalar| match scalar.kind {
+        ScalarKind::Float => "f32",
+        ScalarKind::Uint => "u32",
+        other => panic!("no member is {other:?}"),
+    };
+    match module.types[handle].inner {
+        TypeInner::Scalar(scalar) | TypeInner::Atomic(scalar) => name(scalar).into(),
+        TypeInner::Vector { size, scalar } => {
+            let letter = if name(scalar) == "u32" { "U" } else { "" };
+            format!("{letter}Vec{}", size as u8)
+        }
+        TypeInner::Matrix { columns, .. } => format!("Mat{}", columns as u8),
+        TypeInner::Array { base, size: ArraySize::Constant(count), .. } => {
+            format!("[{}; {count}]", rust_type(module, base))
+        }
+        ref other => panic!("no member is {other:?}"),
+    }
 }
 
 #[test]
-fn rust_and_wgsl_agree() {
-    assert_eq!(rust_layout::<VolumeUniform, 28>(), wgsl_layout(BINDINGS, "VolumeUniform"));
-    assert_eq!(rust_layout::<CarverUniform, 10>(), wgsl_layout(BINDINGS, "Carver"));
-    assert_eq!(rust_layout::<OcclusionPassUniform, 13>(), wgsl_layout(PASS, "OcclusionPass"));
-    assert_eq!(rust_layout::<FilteringData, 8>(), wgsl_layout(FILTERING, "Filtering"));
-    assert_eq!(rust_layout::<ScreenSpaceUniform, 5>(), wgsl_layout(SCREEN_SPACE, "ScreenSpaceView"));
-    assert_eq!(rust_layout::<WindowUniform, 5>(), wgsl_layout(WINDOW, "Window"));
-    assert_eq!(rust_layout::<SlicingData, 9>(), wgsl_layout(SLICES, "Slicing"));
-    assert_eq!(rust_layout::<SweepingUniform, 10>(), wgsl_layout(SWEEPING, "Sweeping"));
-    assert_eq!(rust_layout::<SweepPlane, 3>(), wgsl_layout(SWEEP, "Plane"));
+fn structs_have_the_same_members_in_rust_and_wgsl() {
+    let (rust, wgsl) = (sources(".rs"), sources(".wgsl"));
+    for shared in all_shared() {
+        assert_eq!(rust_layout(&rust, &shared), wgsl_layout(&wgsl, shared.wgsl), "{}", shared.rust);
+    }
+    // Of the shaders alone, but for their sizes.
+    let head = wgsl_layout(&wgsl, "Head");
+    assert_eq!(head, wgsl_layout(&wgsl, "ListedHead"));
+    assert_eq!(head.0, u64::from(4 * LIST_HEAD));
+    assert_eq!(wgsl_layout(&wgsl, "Progress").0, PEEL_BYTES_PER_TEXEL);
+}
+
+#[test]
+fn no_shared_struct_goes_unlisted() {
+    let listed = all_shared();
+    let names = |text: &String, from: &str, until: char| -> Vec<String> {
+        let parts = text.split(from).skip(1);
+        parts.map(|part| part.split(until).next().unwrap_or_default().trim().to_owned()).collect()
+    };
+    let derived = sources(".rs");
+    let derived = derived.iter().flat_map(|text| names(text, "ShaderType)]", '{'));
+    let derived: BTreeSet<_> =
+        derived.filter_map(|head| Some(head.rsplit_once("struct ")?.1.to_owned())).collect();
+    let mut expected: BTreeSet<_> = listed.iter().map(|shared| shared.rust.clone()).collect();
+    // An array, of `Carver`, in WGSL.
+    expected.insert("CarverTable".into());
+    assert_eq!(derived, expected, "what derives `ShaderType`");
+
+    let bound = sources(".wgsl");
+    let bound = ["var<uniform>", "var<storage"]
+        .into_iter()
+        .flat_map(|space| bound.iter().flat_map(|text| names(text, space, ';')).collect::<Vec<_>>());
+    let bound = bound.filter_map(|variable| {
+        let (_, found) = variable.split_once(": ")?;
+        let element = found.trim_start_matches("array<").split([',', '>']).next()?.to_owned();
+        element.starts_with(char::is_uppercase).then_some(element)
+    });
+    let bound: BTreeSet<_> = bound.collect();
+    // The first three are of the shaders alone, the last is Bevy's.
+    let others = ["WorkList", "List", "Progress", "View"];
+    let expected: BTreeSet<_> =
+        listed.iter().map(|shared| shared.wgsl).chain(others).map(String::from).collect();
+    assert_eq!(bound, expected, "what shaders bind");
+}
+
+#[test]
+fn constants_are_the_same_in_rust_and_wgsl() {
     for (shader, name, value) in [
         (BINDINGS, "MAX_CARVERS", MAX_CARVERS as u32),
         (BINDINGS, "OPERATION_NONE", CarverUniform::default().operation),
@@ -71,6 +209,7 @@ fn rust_and_wgsl_agree() {
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
         (SWEEP, "TILE", TILE),
+        (DILATE, "TILE", TEXELS_PER_TILE),
         (OCTANTS, "SIDE", SIDE as u32),
         (WORK_LIST, "FRONT", ListEnd::Front as u32),
         (WORK_LIST, "BACK", ListEnd::Back as u32),

@@ -23,10 +23,10 @@ use crate::diagnostics::GpuUsage;
 const TEXELS_PER_DILATION_TEXEL: u32 = 8;
 
 /// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
-const TEXELS_PER_TILE: u32 = 16;
+pub(super) const TEXELS_PER_TILE: u32 = 16;
 
 /// Of `Progress` in WGSL.
-const PEEL_BYTES_PER_TEXEL: u64 = 8;
+pub(super) const PEEL_BYTES_PER_TEXEL: u64 = 8;
 
 /// Of the depth maps: near and far.
 pub(crate) const LAYER_FORMAT: TextureFormat = TextureFormat::Rg32Float;

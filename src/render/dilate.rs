@@ -23,7 +23,7 @@ use super::{
 
 /// The dilation of one layer, as `Dilation` in WGSL.
 #[derive(Clone, Copy, ShaderType)]
-struct DilationUniform {
+pub(super) struct DilationUniform {
     inflation: Vec3,
     layer: u32,
     shrinkage: Vec3,

@@ -22,7 +22,7 @@ use super::{
 
 /// The layers to fill, as `LayerRange` in WGSL.
 #[derive(Clone, Copy, ShaderType)]
-struct LayerRangeUniform {
+pub(super) struct LayerRangeUniform {
     first: u32,
     count: u32,
     is_cut_off: u32,

@@ -54,15 +54,12 @@ fn load_with(app: &mut Headless, path: &Path, chosen: VolumeReadSettings) -> Ent
         .load(AssetPath::from_path_buf(path.to_owned()));
     let entity = world.spawn(VolumeBundle::new(handle)).id();
     let before = (world.resource::<Seen>().loaded, world.resource::<Seen>().failed.len());
-    for _ in 0..2000 {
-        app.frame();
-        let seen = app.app.world().resource::<Seen>();
-        if (seen.loaded, seen.failed.len()) != before {
-            return entity;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
-    panic!("neither VolumeLoaded nor VolumeFailed for {}", path.display());
+    let came = app.frames_until(|headless| {
+        let seen = headless.app.world().resource::<Seen>();
+        (seen.loaded, seen.failed.len()) != before
+    });
+    assert!(came, "neither VolumeLoaded nor VolumeFailed for {}", path.display());
+    entity
 }
 
 #[test]
@@ -195,18 +192,17 @@ fn every_kind_of_transfer_function_file_loads() {
     let handles: Vec<Handle<TransferFunction>> = ["ramp.tf.ron", "ramp.vp", "ramp.vp.json"]
         .map(|file| world.resource::<AssetServer>().load(AssetPath::from_path_buf(folder.join(file))))
         .into();
-    for _ in 0..2000 {
-        app.frame();
-        let functions = app.app.world().resource::<Assets<TransferFunction>>();
-        if handles.iter().all(|handle| functions.contains(handle)) {
-            for handle in &handles {
-                let sample = functions.get(handle).expect("loaded").sample(15.0);
-                assert!((sample[3] - 0.25).abs() < 1e-6, "{sample:?}");
-            }
-            let _ = std::fs::remove_dir_all(folder);
-            return;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(2));
+    let functions = |headless: &Headless| {
+        let functions = headless.app.world().resource::<Assets<TransferFunction>>();
+        handles.iter().filter_map(|handle| functions.get(handle).cloned()).collect::<Vec<_>>()
+    };
+    assert!(
+        app.frames_until(|headless| functions(headless).len() == 2),
+        "the transfer functions do not load"
+    );
+    for function in functions(&app) {
+        let sample = function.sample(15.0);
+        assert!((sample[3] - 0.25).abs() < 1e-6, "{sample:?}");
     }
-    panic!("the transfer functions do not load");
+    let _ = std::fs::remove_dir_all(folder);
 }

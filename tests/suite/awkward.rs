@@ -40,6 +40,7 @@ fn a_mesh_that_comes_late_is_drawn_when_it_comes() {
     let carver = late.carve(Sphere::new(1.0), ClipMesh::default(), place(6.0));
     late.world().entity_mut(carver).insert(Mesh3d(handle.clone()));
     late.settle();
+    assert!(different(&late.headless.image(), &early.headless.image(), 0) > 20, "it carves nothing early");
     let _ = late.world().resource_mut::<Assets<Mesh>>().insert(&handle, Sphere::new(5.0).into());
     late.headless.frames(4);
     assert_eq!(different(&late.headless.image(), &early.headless.image(), 0), 0);
@@ -133,6 +134,7 @@ fn settings_out_of_range_are_brought_into_it() {
         };
         scene.world().entity_mut(volume).insert(settings);
         scene.settle();
+        assert!(scene.occlusion().iter().any(Option::is_some), "{steps} steps of {step_mm} mm");
     }
     // No steps: nothing is occluded.
     let known: Vec<u8> = scene.occlusion().into_iter().flatten().collect();

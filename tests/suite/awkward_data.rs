@@ -78,6 +78,11 @@ fn a_transparent_volume_shows_nothing_and_occludes_nothing() {
     scene.settle();
     assert!(is_empty(&scene.headless.image()));
     assert!(scene.occlusion().iter().all(Option::is_none));
+    let opaque = scene.world().resource_mut::<Assets<TransferFunction>>().add(opaque_ramp());
+    let volume = scene.volume;
+    scene.world().entity_mut(volume).insert(VolumeTransferFunction(opaque));
+    scene.settle();
+    assert!(!is_empty(&scene.headless.image()), "it cannot be seen at all");
 }
 
 #[test]

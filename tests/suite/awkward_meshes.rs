@@ -16,11 +16,14 @@ use crate::{
     common::{
         inside::InsideTest,
         shapes::Triangles,
-        stability::inside_test::{concave_meshes, judge},
+        stability::{
+            inside_test::{concave_meshes, judge},
+            motion::solid_scene,
+        },
     },
     exact::assert_exact,
     headless::voxel_at,
-    scene::{TestScene, count_different, few_rays, folded_volume, opaque_ramp},
+    scene::{TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
@@ -57,6 +60,12 @@ fn carved_with(mesh: Mesh) -> (Vec<Option<u8>>, Vec<u8>) {
     (scene.occlusion(), scene.headless.image())
 }
 
+fn untouched_image() -> Vec<u8> {
+    let mut scene = scene();
+    scene.settle();
+    scene.headless.image()
+}
+
 #[test]
 fn faces_edge_on_to_the_clip_camera_are_no_gap() {
     for (name, mesh) in [
@@ -81,12 +90,20 @@ fn a_carver_thinner_than_a_voxel_is_exact() {
         // It takes away what it covers, and no more: no voxel is empty.
         scene.settle();
         assert!(scene.hidden() == hidden, "{name}");
+        // Of voxels that are all opaque it takes as much as it is large.
+        let (solid, _) = solid_scene(&Triangles::cuboid(size), tilted, |_| {});
+        let taken: f32 = solid.opacities().iter().map(|opacity| 1.0 - f32::from(*opacity) / 255.0).sum();
+        let share = taken / size.element_product();
+        // A voxel stands for twice its size, so that all together count each place eight times, and an eighth of it.
+        // What its lines miss is a share of what the mesh is thinner than they are apart.
+        assert!((share - 1.0).abs() < 0.15, "{name}: {share} of it are taken");
     }
 }
 
 #[test]
 fn winding_doubles_and_empty_triangles_change_nothing() {
     let expected = carved_with(sphere().mesh());
+    assert!(expected.1 != untouched_image(), "a sphere carves nothing");
     let mut doubled = sphere();
     doubled.indices.extend_from_within(..);
     let mut degenerate = sphere();
@@ -149,6 +166,7 @@ fn meshes_that_cannot_carve_say_why() {
     let mut scene = scene();
     scene.settle();
     let untouched = (scene.occlusion(), scene.headless.image());
+    assert!(!is_empty(&untouched.1));
     for broken in [
         mesh(triangles, vec![]),
         mesh(triangles, vec![[1.0; 3]; 3]),
@@ -255,12 +273,15 @@ fn skinned_and_morphing_meshes_carve_as_they_are_posed() {
     scene.headless.frame();
     let expected = carved_with(moved_box(|[x, y, z]| [x, if y > 0.0 { y + 4.0 } else { y }, z]));
     assert!((scene.occlusion(), scene.headless.image()) == expected, "skinned");
+    assert!(expected.1 != rest.1, "raised is as at rest");
+    let raised = expected;
 
     // And widens.
     scene.world().entity_mut(carver).insert(MeshMorphWeights::Value { weights: vec![1.0] });
     scene.headless.frame();
     let expected = carved_with(moved_box(|[x, y, z]| [1.5 * x, if y > 0.0 { y + 4.0 } else { y }, z]));
     assert!((scene.occlusion(), scene.headless.image()) == expected, "morphed");
+    assert!(expected.1 != raised.1, "widened is as before");
 
     // A rig that moves as a whole is not drawn anew.
     scene.settle();
@@ -285,6 +306,7 @@ fn vertices_edited_every_frame_carve_in_that_frame() {
     let mut scene = scene();
     let carver = scene.carve(moved_box(|p| p), ClipMesh::default(), Transform::from_translation(PLACE));
     scene.settle();
+    let mut before = scene.headless.image();
     let handle = scene.world().get::<Mesh3d>(carver).expect("a mesh").0.clone();
     for step in 1..4 {
         let longer = 1.0 + 0.2 * step as f32;
@@ -300,5 +322,7 @@ fn vertices_edited_every_frame_carve_in_that_frame() {
         scene.headless.frame();
         let now = (scene.occlusion(), scene.headless.image());
         assert!(now == carved_with(edited), "step {step}");
+        assert!(now.1 != before, "step {step} shows nothing new");
+        before = now.1;
     }
 }

@@ -2,7 +2,7 @@
 //! and a camera inside the hole.
 
 use bevy::{math::DVec3, prelude::*};
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{diagnostics::Work, prelude::*};
 
 use crate::{
     exact::assert_exact,
@@ -39,8 +39,11 @@ fn what_is_far_away_or_tiny_recomputes_nothing() {
     let mut scene = scene();
     scene.settle();
     let (image, hidden) = (scene.headless.image(), scene.hidden());
+    assert!(!is_empty(&image));
     let carver = scene.carve(Sphere::new(5.0), ClipMesh::default(), Transform::from_xyz(80.0, 0.0, 0.0));
     scene.settle();
+    scene.move_carver(carver, Transform::from_xyz(79.0, 0.0, 0.0));
+    assert_eq!(scene.headless.count_work(scene.volume), Work::default(), "far away");
     assert!(scene.hidden() == hidden, "it hides something");
     assert!(scene.headless.image() == image);
     for scale in [1e-4, 1e-7] {

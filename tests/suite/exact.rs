@@ -107,6 +107,27 @@ fn carvers_of_several_layers_are_exact() {
 }
 
 #[test]
+fn every_coverage_rule_is_exact() {
+    for rule in [CoverageRule::Points, CoverageRule::Center] {
+        for function in [opaque_ramp(), translucent_ramp()] {
+            let mut scene = scene(DVec3::new(0.8, 1.0, 1.6), function);
+            scene.set_clip(|clip| clip.coverage = rule);
+            let at = Transform::from_xyz(4.3, 5.1, 6.7);
+            let sphere = scene.carve(Sphere::new(8.0), ClipMesh::default(), at);
+            let tilted = at.with_rotation(Quat::from_euler(EulerRot::XYZ, 0.5, -0.8, 1.1));
+            scene.carve(torus(), ClipMesh::default(), tilted);
+            assert_exact(&mut scene, &format!("two carvers, {rule:?}"));
+            scene.carve(Cuboid::new(26.0, 21.0, 30.0), ClipMesh::intersect(), tilted);
+            assert_exact(&mut scene, &format!("two in a probe, {rule:?}"));
+            // What the carver leaves is cast anew.
+            scene.move_carver(sphere, at.with_translation(Vec3::new(2.9, 6.2, 4.4)));
+            scene.headless.frame();
+            assert_exact(&mut scene, &format!("moved, {rule:?}"));
+        }
+    }
+}
+
+#[test]
 fn no_drawn_point_reads_a_hidden_voxel() {
     let volume = solid_volume(UVec3::new(34, 29, 26));
     let geometry = VolumeGeometry::of(&volume);

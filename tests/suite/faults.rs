@@ -15,6 +15,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
 };
+use std::time::Duration;
 
 use crate::{
     headless::Headless,
@@ -100,7 +101,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     fresh.settle();
     fresh.headless.frames(2);
     let (now, fresh) = (scene.headless.image(), fresh.headless.image());
-    assert!(now == fresh, "the way there shows");
+    assert!(!is_empty(&fresh) && now == fresh, "the way there shows");
 
     // A budget for nothing refuses everything, and panics at nothing.
     *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { most_bytes: 0, halves: true };
@@ -154,6 +155,7 @@ fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
     // All rays at once, in the first frame.
     assert!(image(of(OcclusionMethod::Progressive(default())), ShadingMode::Cao) == rays);
     let solid = image(few_rays(), ShadingMode::Solid);
+    assert!(!is_empty(&solid) && solid != rays);
     let surface = SweepingSurface::Isosurface(130.0);
     for sweeping in [default(), OcclusionSweeping { surface, ..default() }] {
         assert!(image(of(OcclusionMethod::Sweeping(sweeping)), ShadingMode::Cao) == solid);
@@ -186,4 +188,17 @@ fn a_volume_comes_back_after_the_device_is_lost() {
     scene.move_carver(carver, place);
     scene.headless.frame();
     assert!(scene.headless.image() == image);
+}
+
+#[test]
+fn waiting_ends_and_says_for_what() {
+    let mut scene = scene();
+    let lost = scene.world().resource::<Assets<Volume>>().reserve_handle();
+    let volume = scene.world().spawn(VolumeBundle::new(lost)).id();
+    // From the first frame on in which nothing came.
+    scene.headless.patience = Duration::ZERO;
+    let error = scene.headless.until_ready(volume).expect_err("it never comes");
+    for part in ["0 s in vain", "the volume's occlusion", "its file"] {
+        assert!(error.contains(part), "`{error}` does not say {part}");
+    }
 }

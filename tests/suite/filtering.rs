@@ -276,6 +276,7 @@ fn modulation_shows_only_with_occlusion() {
     scene.set_mode(ShadingMode::Solid);
     scene.settle();
     let solid = scene.headless.image();
+    assert!(!is_empty(&solid));
     let with = |modulation| OcclusionMethod::Filtering(OcclusionFiltering { modulation, ..default() });
     set_method(&mut scene, with(OpacityModulation::Variance(f32::INFINITY)));
     scene.settle();

@@ -270,6 +270,7 @@ fn modes_and_methods_can_be_changed_and_nothing_is_swept_at_rest() {
     carve(&mut scene);
     scene.settle();
     let by_rays = scene.headless.image();
+    assert!(!is_empty(&by_rays) && by_rays != solid);
     for _ in 0..2 {
         set_occlusion(&mut scene, isosurface(GeometryTerm::None));
         scene.settle();

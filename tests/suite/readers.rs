@@ -1,21 +1,11 @@
 //! The readers on real files; what they should find was worked out with nibabel, pynrrd and numpy.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bevy::math::{DVec3, UVec3, Vec3};
 use bevy_contextual_ao::volume::{Intensities, Volume, VolumeError, read_volume_file};
 
-use crate::headless::project_folder;
-
-/// The folder of real volumes, or a line that says that it is not there.
-fn volumes() -> Option<PathBuf> {
-    let folder = project_folder().join("../shared/volumes");
-    if !folder.is_dir() {
-        eprintln!("skipped: no real volumes at {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use crate::shared_volumes::shared_volumes;
 
 fn read(path: &Path) -> Volume {
     read_volume_file(path).unwrap_or_else(|error| panic!("{error}"))
@@ -64,7 +54,7 @@ struct Expected {
 
 #[test]
 fn real_volumes_are_as_other_readers_see_them() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     #[rustfmt::skip]
     let table = [
         Expected { file: "engine.nii.gz", dimensions: [256, 256, 128], spacing: [1.0; 3], range: [0.0, 255.0], sum: 173_590_544, offset: 0, voxel: ([128, 128, 64], 136.0) },
@@ -99,7 +89,7 @@ fn real_volumes_are_as_other_readers_see_them() {
 
 #[test]
 fn float_volume_is_quantised_within_half_a_step() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     let volume = read(&folder.join("cases/nifti/zstat1.nii.gz"));
     assert_eq!(volume.dimensions(), UVec3::new(64, 64, 21));
     // The qform of this file mirrors x.
@@ -123,7 +113,7 @@ fn float_volume_is_quantised_within_half_a_step() {
 
 #[test]
 fn axis_orders_show_the_same_head() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     // Places in the patient, and the stored values that nibabel finds there.
     let places = [([0.0, 10.0, 20.0], 201), ([-20.0, -30.0, 10.0], 183), ([30.0, 20.0, -10.0], 159)];
     for order in ["RAS", "LPI", "ASR", "SAL"] {
@@ -140,7 +130,7 @@ fn axis_orders_show_the_same_head() {
 
 #[test]
 fn labels_lie_on_their_head() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     // The head is a NIfTI file in RAS, its label map a NRRD file in LPS that runs the other way along
     // x and y: opposite corners of the grids are one place in the patient.
     let head = read(&folder.join("mr_head.nii.gz"));
@@ -157,7 +147,7 @@ fn labels_lie_on_their_head() {
 
 #[test]
 fn every_encoding_of_the_ball_is_the_same_volume() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     let ball = |name: &str| {
         read(
             &folder.join("cases/nrrd/BallBinary30x30x30").with_file_name(format!("BallBinary30x30x30{name}")),
@@ -184,7 +174,7 @@ fn every_encoding_of_the_ball_is_the_same_volume() {
 
 #[test]
 fn every_number_type_reads_the_same() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     for name in
         ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"]
     {
@@ -203,7 +193,7 @@ fn every_number_type_reads_the_same() {
 
 #[test]
 fn every_case_has_its_outcome() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     let not_read = [
         ("nifti/3D.nii", "not scalar"),
         ("nifti/4D.nii", "not scalar"),
@@ -267,16 +257,19 @@ fn files_that_were_read_wrongly_are_read_rightly() {
 
 #[test]
 fn crash_files_are_refused_under_every_name() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     let scratch = super::small_files::Scratch::new("crash");
+    let mut cases = 0;
     for entry in std::fs::read_dir(folder.join("cases/nifti")).unwrap() {
         let path = entry.unwrap().path();
         if !path.to_string_lossy().contains("crash-") {
             continue;
         }
         let bytes = std::fs::read(&path).unwrap();
+        cases += 1;
         for name in ["a.nii", "a.nii.gz", "a.hdr", "a.nrrd", "a.mha"] {
             assert_eq!(outcome(&scratch.write(name, &bytes)), "format", "{path:?} as {name}");
         }
     }
+    assert!(cases >= 2, "only {cases} files found");
 }

@@ -5,7 +5,8 @@ use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::Work, prelude::*};
 
 use crate::scene::{
-    TestScene, count_different, few_rays, folded_volume, in_world_units, opaque_ramp, translucent_ramp,
+    TestScene, count_different, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp,
+    translucent_ramp,
 };
 
 const SIZE: UVec3 = UVec3::new(38, 33, 29);
@@ -39,6 +40,7 @@ fn no_shortcut_changes_a_bit() {
         ("translucent, anisotropic", translucent_ramp(), DVec3::new(1.0, 0.8, 1.9)),
     ] {
         let published = carved(scene(function.clone(), spacing, Shortcuts::NONE));
+        assert!(!is_empty(&published.1));
         let all = (String::from("all shortcuts"), Shortcuts::default());
         let each = Shortcuts::names().map(|without| {
             let rest = Shortcuts::default().without(without).expect("a shortcut of that name");

@@ -20,7 +20,10 @@ fn assert_all_hold(run: impl FnOnce(&mut Vec<Figure>)) -> Vec<Figure> {
 
 /// The figures called so, published rule first.
 fn values(figures: &[Figure], name: &str) -> Vec<f64> {
-    figures.iter().filter(|figure| figure.figure == name).map(|figure| figure.value).collect()
+    let values: Vec<_> =
+        figures.iter().filter(|figure| figure.figure == name).map(|figure| figure.value).collect();
+    assert!(!values.is_empty(), "no figure is called {name}");
+    values
 }
 
 #[test]

@@ -297,12 +297,12 @@ fn distances_are_those_of_a_sphere() {
 }
 
 #[test]
-fn what_is_drawn_follows_the_geometry_term_and_nothing_is_swept_at_rest() {
+fn methods_on_the_way_leave_no_trace_and_nothing_is_swept_at_rest() {
     let sweeping = |geometry_term| OcclusionSweeping { geometry_term, opacity: 0.7, ..default() };
-    let mut images = Vec::new();
     for geometry_term in [GeometryTerm::None, GeometryTerm::Cosine, GeometryTerm::BothSides] {
         let (mut scene, ..) = Case { sweeping: sweeping(geometry_term), ..default() }.run();
-        images.push(scene.headless.image());
+        let image = scene.headless.image();
+        assert!(!is_empty(&image));
         let jobs = |scene: &TestScene| scene.status().passes.jobs(SPAN_SWEEP);
         scene.headless.frames(2);
         let before: RenderStatus = scene.status();
@@ -320,13 +320,8 @@ fn what_is_drawn_follows_the_geometry_term_and_nothing_is_swept_at_rest() {
         method(OcclusionMethod::Sweeping(sweeping(GeometryTerm::None)));
         method(OcclusionMethod::Rays);
         method(OcclusionMethod::Sweeping(sweeping(geometry_term)));
-        assert!(scene.headless.image() == *images.last().expect("an image"));
+        assert!(scene.headless.image() == image);
     }
-    assert!(images.iter().all(|image| !is_empty(image)));
-    let brightness = |image: &[u8]| image.iter().map(|byte| u64::from(*byte)).sum::<u64>();
-    // Both sides' light is more than one's.
-    assert!(brightness(&images[2]) > brightness(&images[1]));
-    assert!(images[0] != images[1]);
 }
 
 #[test]
@@ -354,8 +349,8 @@ fn settings_without_sense_are_harmless() {
         let volume = folded_volume(UVec3::new(9, 10, 11), DVec3::ONE);
         let mut scene = TestScene::new(volume, opaque_ramp(), occlusion, ShadingMode::Cao);
         scene.settle();
-        let found = scene.headless.texels(scene.volume, VolumeTexture::Occlusion);
+        let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
         // Nothing is inside, or lets light through.
-        assert!(found.iter().step_by(4).all(|byte| *byte == u8::MAX), "{sweeping:?}");
+        assert!(found.len() >= 9 * 10 * 11 && found.iter().all(|byte| *byte == u8::MAX), "{sweeping:?}");
     }
 }

@@ -10,10 +10,12 @@ use bevy_contextual_ao::{
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
+use crate::field::Field;
+
 /// A volume that fills its box, as the eye and the light see it.
 pub struct Reference {
     geometry: VolumeGeometry,
-    values: Vec<f64>,
+    values: Field,
     function: TransferFunction,
     settings: DirectOcclusion,
 }
@@ -47,29 +49,8 @@ impl Light {
 
 impl Reference {
     pub fn new(volume: &Volume, function: &TransferFunction, settings: DirectOcclusion) -> Self {
-        let geometry = VolumeGeometry::of(volume);
-        let size = geometry.dimensions;
-        let indices = (0..size.element_product()).map(|index| crate::headless::voxel_at(index, size));
-        let values = indices.map(|index| volume.value_at(index).unwrap_or_default()).collect();
-        Self { geometry, values, function: function.clone(), settings }
-    }
-
-    /// Trilinear, the outermost voxels beyond their centres.
-    fn value(&self, voxel: DVec3) -> f64 {
-        let last = self.geometry.dimensions.as_dvec3() - 1.0;
-        let voxel = voxel.clamp(DVec3::ZERO, last);
-        let base = voxel.floor().min((last - 1.0).max(DVec3::ZERO));
-        let f = voxel - base;
-        let mut sum = 0.0;
-        for corner in 0..8u32 {
-            let far = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            let weight = |axis: usize| if far[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
-            let index = (base.as_uvec3() + far).min(self.geometry.dimensions - 1);
-            let size = self.geometry.dimensions;
-            let value = self.values[((index.z * size.y + index.y) * size.x + index.x) as usize];
-            sum += weight(0) * weight(1) * weight(2) * value;
-        }
-        sum
+        let values = Field::of(volume);
+        Self { geometry: VolumeGeometry::of(volume), values, function: function.clone(), settings }
     }
 
     /// Linear colour and opacity per mm at a point of the volume (mm); nothing outside of its box.
@@ -79,7 +60,7 @@ impl Reference {
         if beyond.min_element() < 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        let [r, g, b, opacity] = self.function.sample(self.value(voxel) as f32);
+        let [r, g, b, opacity] = self.function.sample(self.values.at(voxel) as f32);
         let color = LinearRgba::from(Srgba::rgb(r, g, b));
         (Vec3::new(color.red, color.green, color.blue).as_dvec3(), opacity.into())
     }

@@ -1,0 +1,47 @@
+//! Numbers on a volume's grid, as the references on the CPU read them.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::prelude::*;
+
+use crate::headless::voxel_at;
+
+/// Trilinear in between; beyond the outermost voxels' centres, numbers stay what they are there.
+pub struct Field {
+    size: UVec3,
+    values: Vec<f64>,
+}
+
+impl Field {
+    /// `values` has x fastest.
+    pub fn new(size: UVec3, values: Vec<f64>) -> Self {
+        assert_eq!(values.len(), size.element_product() as usize);
+        Self { size, values }
+    }
+
+    /// A volume's intensities.
+    pub fn of(volume: &Volume) -> Self {
+        let size = volume.dimensions();
+        let indices = 0..size.element_product();
+        Self::new(size, indices.map(|k| volume.value_at(voxel_at(k, size)).unwrap_or_default()).collect())
+    }
+
+    /// Bytes as shares of 1.
+    pub fn of_bytes(size: UVec3, bytes: impl IntoIterator<Item = u8>) -> Self {
+        Self::new(size, bytes.into_iter().map(|byte| f64::from(byte) / 255.0).collect())
+    }
+
+    /// The number at a place, voxels from the first voxel's centre.
+    pub fn at(&self, place: DVec3) -> f64 {
+        let last = self.size.as_dvec3() - 1.0;
+        let place = place.clamp(DVec3::ZERO, last);
+        let first = place.floor();
+        let f = place - first;
+        let corner = |k: u32| {
+            let far = UVec3::new(k & 1, k >> 1 & 1, k >> 2);
+            let weight = DVec3::select(far.cmpeq(UVec3::ONE), f, 1.0 - f).element_product();
+            let voxel = (first.as_uvec3() + far).min(self.size - 1);
+            weight * self.values[((voxel.z * self.size.y + voxel.y) * self.size.x + voxel.x) as usize]
+        };
+        (0..8).map(corner).sum()
+    }
+}

@@ -1,0 +1,190 @@
+//! What is drawn by occlusion sweeping with a geometry term against its definition (Singh et al., equations 3 to 5):
+//! of every octant its visibility times the cosine integrated over its directions, summed up numerically.
+
+use bevy::{
+    math::{DAffine3, DQuat, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
+    prelude::*,
+    render::VolumeTexture,
+    volume::{Intensities, Rescale, VolumeGeometry, WORLD_UNITS_PER_MM},
+};
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use crate::{
+    field::Field,
+    headless::voxel_at,
+    integral::{Integral, Sample, View, srgb_byte},
+    scene::{IMAGE, TestScene},
+};
+
+const SIZE: UVec3 = UVec3::new(26, 22, 24);
+const SPACING: DVec3 = DVec3::new(0.9, 1.1, 1.0);
+/// Where a ball has half of the highest intensity, mm from its centre.
+const RADIUS: f64 = 7.0;
+const ISOVALUE: f32 = 127.5;
+
+/// A ball in a grid that is turned: intensity falls from its centre outwards, over 6 mm.
+fn ball() -> Volume {
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -0.3, 0.5));
+    let center = 0.5 * (SIZE.as_dvec3() - 1.0);
+    let value = |index| {
+        let distance = ((voxel_at(index, SIZE).as_dvec3() - center) * SPACING).length();
+        (255.0 * (0.5 - (distance - RADIUS) / 6.0).clamp(0.0, 1.0)).round() as u8
+    };
+    let values = (0..SIZE.element_product()).map(value).collect();
+    let grid = DAffine3::from_quat(turn) * DAffine3::from_scale(SPACING);
+    Volume::new(SIZE, grid, Intensities::U8(values), Rescale::default()).expect("a valid volume")
+}
+
+/// G_s: the geometry term g of a normal over the directions of an octant, by a grid of midpoints.
+fn over_octant(octant: usize, normal: DVec3, term: GeometryTerm) -> f64 {
+    const SIDE: u32 = 24;
+    let signs = DVec3::from_array([0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 }));
+    let middle = |k: u32| (f64::from(k) + 0.5) / f64::from(SIDE);
+    let terms = (0..SIDE * SIDE).map(|k| {
+        // Even in height and angle is even on the sphere.
+        let (height, angle) = (middle(k % SIDE), FRAC_PI_2 * middle(k / SIDE));
+        let across = (1.0 - height * height).sqrt();
+        let cosine = normal.dot(signs * DVec3::new(across * angle.cos(), across * angle.sin(), height));
+        if term == GeometryTerm::BothSides { cosine.abs() } else { cosine.max(0.0) }
+    });
+    terms.sum::<f64>() * FRAC_PI_2 / f64::from(SIDE * SIDE)
+}
+
+/// What is compared: settings, and where the light comes from.
+struct Case {
+    sweeping: OcclusionSweeping,
+    sky: Sky,
+}
+
+/// The light that comes to points, by the formulas.
+struct Light {
+    case: Case,
+    axes: [DVec3; 3],
+    visibilities: [Field; 8],
+}
+
+impl Light {
+    /// Visibilities are those that a scene has found; `sweeping` compares them.
+    fn of(case: Case, scene: &TestScene, geometry: &VolumeGeometry) -> Self {
+        let bytes = scene.headless.texels(scene.volume, VolumeTexture::Occlusion);
+        let voxels = SIZE.element_product() as usize;
+        assert_eq!(bytes.len(), 8 * voxels);
+        let visibility = |octant: usize| {
+            let first = 4 * (octant / 4 * voxels) + octant % 4;
+            Field::of_bytes(SIZE, (0..voxels).map(|index| bytes[first + 4 * index]))
+        };
+        let axes = geometry.local_from_voxel.matrix3;
+        Self {
+            case,
+            axes: [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize),
+            visibilities: core::array::from_fn(visibility),
+        }
+    }
+
+    /// At a place (voxels) of a surface with a normal.
+    fn at(&self, voxel: DVec3, normal: DVec3) -> f64 {
+        let Case { sweeping, sky } = &self.case;
+        let normal = DVec3::from_array(self.axes.map(|axis| axis.dot(normal)));
+        let weights = sky.0.map(f64::from);
+        let most = weights.into_iter().fold(0.0, f64::max);
+        let lit = (0..8).filter(|&octant| weights[octant] > 0.0).map(|octant| {
+            let term = over_octant(octant, normal, sweeping.geometry_term);
+            weights[octant] / most * self.visibilities[octant].at(voxel) * term
+        });
+        (lit.sum::<f64>() / PI).clamp(0.0, 1.0).powf(f64::from(sweeping.gamma).recip())
+    }
+}
+
+/// Each octant by itself, lit through nothing and through what is there; and some at once.
+fn cases(surface: SweepingSurface) -> Vec<Case> {
+    let sweeping =
+        |geometry_term, opacity, gamma| OcclusionSweeping { surface, geometry_term, opacity, gamma };
+    let single = (0..8)
+        .map(|octant| Case { sweeping: sweeping(GeometryTerm::Cosine, 0.0, 1.0), sky: Sky::octant(octant) });
+    let some = Sky([1.0, 0.0, 2.0, 0.5, 0.0, 0.0, 3.0, 1.0]);
+    let both = [
+        (GeometryTerm::BothSides, 0.0, 1.0),
+        (GeometryTerm::Cosine, 0.8, 2.0),
+        (GeometryTerm::BothSides, 0.6, 1.0),
+    ];
+    let several =
+        both.map(|(term, opacity, gamma)| Case { sweeping: sweeping(term, opacity, gamma), sky: some });
+    let behind = Case { sweeping: sweeping(GeometryTerm::BothSides, 0.0, 1.0), sky: Sky::octant(5) };
+    single.chain(several).chain([behind]).collect()
+}
+
+/// Compares what two views from opposite sides show of every third pixel: `expected` gives the light of one.
+fn check(
+    surface: SweepingSurface,
+    expected: impl Fn(&Light, &Volume, &TransferFunction, &View, UVec2) -> Option<f64>,
+) {
+    let volume = ball();
+    let geometry = VolumeGeometry::of(&volume);
+    let white = TransferFunction::ramp(20.0, 235.0, 0.8, [1.0; 3]).expect("a valid ramp");
+    let mut scene = TestScene::with(volume.clone(), white.clone(), default(), ShadingMode::Cao, |app| {
+        app.insert_resource(ClearColor(Color::BLACK));
+    });
+    let entity = scene.volume;
+    let shading = VolumeShading { mode: ShadingMode::Cao, step_voxels: 0.25, jitter: false };
+    scene.world().entity_mut(entity).insert(shading);
+    let camera = scene.camera();
+    for (number, case) in cases(surface).into_iter().enumerate() {
+        let side = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let place = side * Vec3::new(12.0, 14.0, 32.0) * WORLD_UNITS_PER_MM;
+        let pose = Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y);
+        let method = OcclusionMethod::Sweeping(case.sweeping);
+        let name = format!(
+            "{:?} of {:?}, opacity {}",
+            case.sweeping.geometry_term, case.sky.0, case.sweeping.opacity
+        );
+        scene.world().entity_mut(camera).insert(pose);
+        scene.world().entity_mut(entity).insert(AmbientOcclusion { method, sky: case.sky, ..default() });
+        scene.settle();
+        let image = scene.headless.image();
+        let view = View::of(&mut scene, camera, IMAGE);
+        let light = Light::of(case, &scene, &geometry);
+        let mut differences = Vec::new();
+        for index in (0..IMAGE.element_product()).filter(|k| k % IMAGE.x % 4 == 0 && k / IMAGE.x % 4 == 0) {
+            let pixel = UVec2::new(index % IMAGE.x, index / IMAGE.x);
+            let Some(expected) = expected(&light, &volume, &white, &view, pixel) else { continue };
+            let expected = srgb_byte(expected);
+            differences.push((f64::from(image[4 * index as usize]) - expected).abs());
+        }
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        let most = differences.iter().copied().fold(0.0, f64::max);
+        println!("{name}: {} pixels off by {mean:.2}, at most {most:.2} bytes", differences.len());
+        assert!(differences.len() > 100, "{name}: {} pixels", differences.len());
+        assert!(mean < 1.0 && most < 6.0, "{name}: off by {mean}, at most {most} bytes");
+    }
+}
+
+#[test]
+fn a_translucent_ball_is_lit_by_the_integrated_cosine() {
+    check(SweepingSurface::Opacity, |light, volume, function, view, pixel| {
+        let shade = |sample: &Sample| sample.color * light.at(sample.voxel, sample.local.normalize());
+        let integral = Integral { shade: &shade, ..Integral::of(volume, function) };
+        let shown = integral.pixel(view, pixel);
+        (shown.transmittance < 0.9).then_some(shown.color.x)
+    });
+}
+
+#[test]
+fn an_isosurface_is_lit_by_the_integrated_cosine() {
+    check(SweepingSurface::Isosurface(ISOVALUE), |light, volume, _, view, pixel| {
+        let (origin, direction) = view.ray(pixel);
+        let origin = origin / f64::from(WORLD_UNITS_PER_MM);
+        let nearest = -origin.dot(direction);
+        let half = (RADIUS * RADIUS - (origin + nearest * direction).length_squared()).sqrt();
+        // Not at the outline, where a pixel is larger than what it shows.
+        if half.is_nan() || half < 0.4 * RADIUS {
+            return None;
+        }
+        let hit = origin + (nearest - half) * direction;
+        let voxel = VolumeGeometry::of(volume).local_from_voxel.inverse().transform_point3(hit);
+        Some(light.at(voxel, hit.normalize()))
+    });
+}

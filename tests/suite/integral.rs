@@ -1,0 +1,182 @@
+//! The volume rendering integral on the CPU, apart from the shaders: emission and absorption along the ray through
+//! a pixel's centre, in double precision, by steps much finer than the renderer's.
+
+use bevy::{
+    math::{DMat4, DVec2, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
+};
+
+use crate::{field::Field, scene::TestScene};
+
+/// Length of a step over the smallest distance between voxels.
+const STEP: f64 = 1.0 / 16.0;
+/// What is behind this little transmittance does not show.
+const DARK: f64 = 1e-4;
+
+/// A volume, and what stands in the way.
+pub struct Integral<'a> {
+    pub geometry: VolumeGeometry,
+    pub intensities: Field,
+    pub function: TransferFunction,
+    /// Volume space (mm) → world.
+    pub world_from_local: DMat4,
+    /// Whether a point of the world, mm, is clipped.
+    pub is_clipped: &'a dyn Fn(DVec3) -> bool,
+    /// The light that a sample sends.
+    pub shade: &'a dyn Fn(&Sample) -> DVec3,
+    /// How far it is from a point of the world, mm, in a direction of unit length to what is opaque, mm.
+    pub opaque: &'a dyn Fn(DVec3, DVec3) -> f64,
+}
+
+/// A point of the volume that a ray meets.
+pub struct Sample {
+    /// Linear.
+    pub color: DVec3,
+    /// In volume space, mm.
+    pub local: DVec3,
+    /// Voxels from the first voxel's centre.
+    pub voxel: DVec3,
+    /// Where the ray goes, volume space, of unit length.
+    pub direction: DVec3,
+}
+
+/// What a view shows of the volume in a pixel: linear, premultiplied.
+#[derive(Clone, Copy)]
+pub struct Pixel {
+    pub color: DVec3,
+    pub transmittance: f64,
+}
+
+/// A camera.
+pub struct View {
+    view_from_clip: DMat4,
+    world_from_view: DMat4,
+    size: UVec2,
+}
+
+impl View {
+    /// A camera of a scene that has been drawn; `size` is that of its viewport.
+    pub fn of(scene: &mut TestScene, camera: Entity, size: UVec2) -> Self {
+        let world = scene.world();
+        let clip_from_view = world.get::<Camera>(camera).expect("a camera").clip_from_view();
+        let place = world.get::<GlobalTransform>(camera).expect("a place").to_matrix();
+        Self { view_from_clip: clip_from_view.as_dmat4().inverse(), world_from_view: place.as_dmat4(), size }
+    }
+
+    /// The ray through a pixel's centre: where it starts on the near plane, and its direction, in the world.
+    pub fn ray(&self, pixel: UVec2) -> (DVec3, DVec3) {
+        let place = (pixel.as_dvec2() + 0.5) / self.size.as_dvec2();
+        let ndc = DVec2::new(2.0 * place.x - 1.0, 1.0 - 2.0 * place.y);
+        let at = |depth| {
+            self.world_from_view.transform_point3(self.view_from_clip.project_point3(ndc.extend(depth)))
+        };
+        // Depth is reversed: 1 is on the near plane, less is beyond.
+        (at(1.0), (at(0.5) - at(1.0)).normalize())
+    }
+
+    /// Whether the ray of a pixel meets what is opaque.
+    pub fn meets(&self, pixel: UVec2, opaque: &dyn Fn(DVec3, DVec3) -> f64) -> bool {
+        let (origin, direction) = self.ray(pixel);
+        opaque(origin / f64::from(WORLD_UNITS_PER_MM), direction).is_finite()
+    }
+}
+
+impl Integral<'_> {
+    /// Of a volume at the world's centre, with nothing in the way, in its own colours.
+    pub fn of(volume: &Volume, function: &TransferFunction) -> Self {
+        Self {
+            geometry: VolumeGeometry::of(volume),
+            intensities: Field::of(volume),
+            function: function.clone(),
+            world_from_local: DMat4::from_scale(DVec3::splat(WORLD_UNITS_PER_MM.into())),
+            is_clipped: &|_| false,
+            shade: &|sample| sample.color,
+            opaque: &|_, _| f64::INFINITY,
+        }
+    }
+
+    /// Linear colour, and opacity per mm, at a place (voxels).
+    fn classify(&self, voxel: DVec3) -> (DVec3, f64) {
+        let [r, g, b, opacity] = self.function.sample(self.intensities.at(voxel) as f32);
+        let color = LinearRgba::from(Srgba::rgb(r, g, b));
+        let transmittance = 1.0 - f64::from(opacity);
+        let per_mm = 1.0 - transmittance.powf(f64::from(self.function.opacity_unit_distance_mm).recip());
+        (Vec3::new(color.red, color.green, color.blue).as_dvec3(), per_mm)
+    }
+
+    /// What a view shows in a pixel.
+    pub fn pixel(&self, view: &View, pixel: UVec2) -> Pixel {
+        let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
+        let (origin, direction) = view.ray(pixel);
+        let local_from_world = self.world_from_local.inverse();
+        let voxel_from_local = self.geometry.local_from_voxel.inverse();
+        let local =
+            (local_from_world.transform_point3(origin), local_from_world.transform_vector3(direction));
+        let voxel = (voxel_from_local.transform_point3(local.0), voxel_from_local.transform_vector3(local.1));
+        // Where the ray crosses the planes of the box that the voxels fill.
+        let low = (DVec3::splat(-0.5) - voxel.0) / voxel.1;
+        let high = (self.geometry.dimensions.as_dvec3() - 0.5 - voxel.0) / voxel.1;
+        let begin = low.min(high).max_element().max(0.0);
+        let opaque = (self.opaque)(origin / world_per_mm, direction) * world_per_mm;
+        let end = low.max(high).min_element().min(opaque);
+        let is_clipped = |t: f64| (self.is_clipped)((origin + t * direction) / world_per_mm);
+
+        let mut pixel = Pixel { color: DVec3::ZERO, transmittance: 1.0 };
+        if begin >= end {
+            return pixel;
+        }
+        // Lengths are those in the volume, whatever its scale in the world.
+        let mm = local.1.length();
+        let steps = ((end - begin) * mm / (STEP * self.geometry.spacing_mm.min_element())).ceil();
+        for k in 0..steps as u32 {
+            let at = |part: f64| begin + (f64::from(k) + part) / steps * (end - begin);
+            let (from, to) = match [is_clipped(at(0.0)), is_clipped(at(1.0))] {
+                [true, true] => continue,
+                [false, false] => (0.0, 1.0),
+                [starts_clipped, _] => {
+                    let cut = halve(|part| is_clipped(at(part)) == starts_clipped);
+                    if starts_clipped { (cut, 1.0) } else { (0.0, cut) }
+                }
+            };
+            let t = at(0.5 * (from + to));
+            let place = voxel.0 + t * voxel.1;
+            let (color, per_mm) = self.classify(place);
+            if per_mm <= 0.0 {
+                continue;
+            }
+            let opacity = 1.0 - (1.0 - per_mm).powf(mm * (at(to) - at(from)));
+            let sample =
+                Sample { color, local: local.0 + t * local.1, voxel: place, direction: local.1 / mm };
+            pixel.color += pixel.transmittance * opacity * (self.shade)(&sample);
+            pixel.transmittance *= 1.0 - opacity;
+            if pixel.transmittance < DARK {
+                break;
+            }
+        }
+        pixel
+    }
+}
+
+/// The place in [0, 1] up to which something holds.
+fn halve(holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The byte, not rounded, that shows a linear value.
+pub fn srgb_byte(linear: f64) -> f64 {
+    let encoded = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    255.0 * encoded.clamp(0.0, 1.0)
+}
