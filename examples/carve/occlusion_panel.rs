@@ -12,11 +12,24 @@ use bevy_egui::egui::{ComboBox, Slider, Ui};
 
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
-const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
-const RADIUS_MM: core::ops::RangeInclusive<f32> = 1.0..=60.0;
+/// Lengths are chosen from so many voxels.
+const STEP_VOXELS: [f32; 2] = [0.1, 10.0];
+const RADIUS_VOXELS: [f32; 2] = [1.0, 60.0];
+const BIAS_VOXELS: [f32; 2] = [0.0, 5.0];
 
-/// The transfer function is where an isovalue is from.
-pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>, function: Option<&TransferFunction>) {
+/// A slider for a length, whose range follows the size of a voxel.
+fn length_slider<'a>(mm: &'a mut f32, voxels: [f32; 2], voxel_mm: f32) -> Slider<'a> {
+    let [least, most] = voxels.map(|voxels| voxels * voxel_mm);
+    Slider::new(mm, least..=most)
+}
+
+/// The transfer function is where an isovalue is from; lengths are chosen in voxels of a size.
+pub fn show(
+    ui: &mut Ui,
+    mut occlusion: Mut<AmbientOcclusion>,
+    function: Option<&TransferFunction>,
+    voxel_mm: f32,
+) {
     let mut new = occlusion.clone();
     ComboBox::from_label("method").selected_text(new.method.name()).show_ui(ui, |ui| {
         for method in OcclusionMethod::all() {
@@ -27,26 +40,26 @@ pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>, function: Option<
         }
     });
     match &mut new.method {
-        OcclusionMethod::Rays => show_rays(ui, &mut new),
+        OcclusionMethod::Rays => show_rays(ui, &mut new, voxel_mm),
         OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, kept_on_change }) => {
             ui.add(Slider::new(rays_per_frame, 1..=64).logarithmic(true).text("rays a frame"));
             ui.add(Slider::new(kept_on_change, 0.0..=0.99).text("kept on change"));
-            show_rays(ui, &mut new);
+            show_rays(ui, &mut new, voxel_mm);
         }
         OcclusionMethod::Sweeping(sweeping) => {
             show_surface(ui, &mut sweeping.surface, function);
             show_sweeping(ui, sweeping);
             show_sky(ui, &mut new.sky);
         }
-        OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering),
-        OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen),
+        OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering, voxel_mm),
+        OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen, voxel_mm),
         OcclusionMethod::Direct(direct) => show_direct(ui, direct),
     }
     // Any change restarts the computation.
     occlusion.set_if_neq(new);
 }
 
-fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
+fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion, voxel_mm: f32) {
     let rays = new.pattern.rays();
     let patterns = [
         RayPattern::Neighborhood6,
@@ -70,7 +83,8 @@ fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
         ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
     }
     ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
-    ui.add(Slider::new(&mut new.step_mm, STEP_MM).logarithmic(true).text("step, mm"));
+    let step = length_slider(&mut new.step_mm, STEP_VOXELS, voxel_mm);
+    ui.add(step.logarithmic(true).text("step, mm"));
     let mut is_half = new.resolution == OcclusionResolution::Half;
     ui.checkbox(&mut is_half, "half resolution");
     new.resolution = if is_half { OcclusionResolution::Half } else { OcclusionResolution::Full };
@@ -118,7 +132,7 @@ fn show_sweeping(ui: &mut Ui, sweeping: &mut OcclusionSweeping) {
     ui.add(Slider::new(&mut sweeping.gamma, 0.5..=4.0).text("gamma"));
 }
 
-fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
+fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering, voxel_mm: f32) {
     ui.horizontal_wrapped(|ui| {
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Chebyshev, "Chebyshev");
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Power, "power");
@@ -129,7 +143,8 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
         ui.selectable_value(&mut filtering.density, DensitySource::Opacity, "opacity");
         ui.selectable_value(&mut filtering.density, DensitySource::Intensity, "intensity");
     });
-    ui.add(Slider::new(&mut filtering.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
+    let radius = length_slider(&mut filtering.radius_mm, RADIUS_VOXELS, voxel_mm);
+    ui.add(radius.logarithmic(true).text("radius, mm"));
     ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
     let threshold = match filtering.modulation {
         OpacityModulation::None => 0.05,
@@ -148,10 +163,11 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
     }
 }
 
-fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion) {
+fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion, voxel_mm: f32) {
     ui.add(Slider::new(&mut screen.opacity_threshold, 0.01..=1.0).text("opacity threshold"));
-    ui.add(Slider::new(&mut screen.radius_mm, RADIUS_MM).logarithmic(true).text("radius, mm"));
-    ui.add(Slider::new(&mut screen.bias_mm, 0.0..=5.0).text("bias, mm"));
+    let radius = length_slider(&mut screen.radius_mm, RADIUS_VOXELS, voxel_mm);
+    ui.add(radius.logarithmic(true).text("radius, mm"));
+    ui.add(length_slider(&mut screen.bias_mm, BIAS_VOXELS, voxel_mm).text("bias, mm"));
     let samples = 1..=ScreenSpaceOcclusion::MOST_SAMPLES;
     ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
     ui.checkbox(&mut screen.blur, "blur");

@@ -10,7 +10,9 @@ mod halve;
 mod loaders;
 mod lookup_table;
 mod otsu;
+mod percentiles;
 pub mod phantom;
+pub mod presets;
 mod readers;
 mod slicer;
 mod transfer_function;
@@ -29,6 +31,7 @@ pub use geometry::VolumeGeometry;
 pub(crate) use geometry::longest_stretch;
 pub use loaders::{TransferFunctionLoader, VolumeLoader};
 pub use lookup_table::LookupTable;
+pub use presets::Preset;
 pub use readers::read_volume_file;
 pub use transfer_function::{ControlPoint, TransferFunction, TransferFunctionError};
 
