@@ -11,7 +11,10 @@
 //! App::new()
 //!     .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
 //!     .add_systems(Startup, |mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>| {
-//!         commands.spawn((Camera3d::default(), Transform::from_xyz(0.0, 0.0, 0.6).looking_at(Vec3::ZERO, Vec3::Y)));
+//!         // By default a camera sees nothing nearer than 0.1 m, and slices open what it comes close to.
+//!         let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
+//!         let view = Transform::from_xyz(0.0, 0.0, 0.6).looking_at(Vec3::ZERO, Vec3::Y);
+//!         commands.spawn((Camera3d::default(), near, view));
 //!         commands.spawn(VolumeBundle::new(assets.load("head.nii.gz")));
 //!         commands.spawn((ClipMesh::default(), Mesh3d(meshes.add(Sphere::new(0.05))), Transform::from_xyz(0.05, 0.05, 0.05)));
 //!     })
@@ -47,8 +50,8 @@ pub mod prelude {
             ShadingMode, Shortcuts, Sky, VolumeShading,
         },
         volume::{
-            ControlPoint, OcclusionProgress, TransferFunction, Volume, Volume3d, VolumeBudget, VolumeBundle,
-            VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
+            ControlPoint, OcclusionProgress, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,
+            VolumeBundle, VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
         },
     };
 }

@@ -1,16 +1,16 @@
 //! The three cutters: their shapes, where they start and how they look.
 
-use bevy::{mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
+use bevy::{camera::primitives::Aabb, mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
 use bevy_contextual_ao::prelude::*;
 use core::f32::consts::{FRAC_PI_2, TAU};
 
-use crate::{hands::Hand, loading};
+use super::{hands::Hand, view};
 
 pub struct CuttersPlugin;
 
 impl Plugin for CuttersPlugin {
     fn build(&self, app: &mut App) {
-        app.add_observer(spawn_cutters).add_systems(Update, paint);
+        app.add_observer(place_cutters).add_systems(Update, paint);
     }
 }
 
@@ -36,7 +36,8 @@ const RING_TUBE: f32 = 0.3;
 const BOX: Vec3 = Vec3::new(1.0, 0.6, 0.6);
 /// Radius of the lines of an outline, where the shape has a radius of 1.
 const LINE_RADIUS: f32 = 0.01;
-/// Draws cutters after the volume, wherever they are: they are tools, not part of the picture.
+/// Draws cutters after the volume, wherever they are: they are tools, not part of the picture. In diagonals of
+/// the volume's box.
 const IN_FRONT: f32 = 100.0;
 const SUBTRACTING: Srgba = Srgba::rgb(0.42, 0.78, 1.0);
 const INTERSECTING: Srgba = Srgba::rgb(0.55, 1.0, 0.45);
@@ -55,42 +56,45 @@ fn starts() -> [Start; 3] {
     ]
 }
 
-/// Puts the cutters to the volume when it is there.
-fn spawn_cutters(
+/// Puts cutters to a volume that has come, in place of those of a volume of another size.
+fn place_cutters(
     loaded: On<VolumeLoaded>,
     mut commands: Commands,
-    volumes: Query<(&Volume3d, &Transform)>,
+    volumes: Query<(&Volume3d, &Transform), Without<Cutter>>,
     assets: Res<Assets<Volume>>,
-    cutters: Query<(), With<Cutter>>,
+    cutters: Query<(Entity, &Cutter)>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut hand: ResMut<Hand>,
 ) -> Result {
     let (volume, transform) = volumes.get(loaded.entity)?;
-    let bounds = assets.get(&volume.0).and_then(|volume| loading::bounds(volume, transform));
-    let Some(bounds) = bounds.filter(|_| cutters.is_empty()) else {
+    let corners = assets.get(&volume.0).map(|volume| view::corners(volume, transform));
+    let Some(bounds) = corners.and_then(Aabb::enclosing) else {
         return Ok(());
     };
-    let (center, half) = (Vec3::from(bounds.center), Vec3::from(bounds.half_extents));
-    for (index, (name, size, place, rotation)) in starts().into_iter().enumerate() {
+    let homes = starts().map(|start| home(&bounds, start));
+    if !cutters.is_empty() && cutters.iter().all(|(_, cutter)| cutter.home == homes[cutter.index]) {
+        return Ok(());
+    }
+    for (cutter, _) in &cutters {
+        commands.entity(cutter).despawn();
+    }
+    *hand = Hand::default();
+    let in_front = IN_FRONT * bounds.half_extents.length();
+    for (index, (home, (name, ..))) in homes.into_iter().zip(starts()).enumerate() {
         let (body, outline) = shape(index)?;
-        let home = Transform {
-            translation: center + place * half,
-            rotation,
-            scale: Vec3::splat(size * half.min_element()),
-        };
         let cutter = commands
             .spawn((
                 Cutter { index, name, home },
                 ClipMesh::default(),
                 home,
                 Mesh3d(meshes.add(body)),
-                MeshMaterial3d(materials.add(coat_material())),
+                MeshMaterial3d(materials.add(coat_material(in_front))),
                 Coat::Body,
                 Hovered::default(),
                 children![(
                     Mesh3d(meshes.add(outline)),
-                    MeshMaterial3d(materials.add(coat_material())),
+                    MeshMaterial3d(materials.add(coat_material(in_front))),
                     Coat::Outline,
                     Pickable::IGNORE,
                 )],
@@ -103,8 +107,14 @@ fn spawn_cutters(
     Ok(())
 }
 
-fn coat_material() -> StandardMaterial {
-    StandardMaterial { alpha_mode: AlphaMode::Blend, unlit: true, depth_bias: IN_FRONT, ..default() }
+/// Where a cutter begins, in a volume's box.
+fn home(bounds: &Aabb, (_, size, place, rotation): Start) -> Transform {
+    let (center, half) = (Vec3::from(bounds.center), Vec3::from(bounds.half_extents));
+    Transform { translation: center + place * half, rotation, scale: Vec3::splat(size * half.min_element()) }
+}
+
+fn coat_material(in_front: f32) -> StandardMaterial {
+    StandardMaterial { alpha_mode: AlphaMode::Blend, unlit: true, depth_bias: in_front, ..default() }
 }
 
 /// The closed mesh of a cutter, and its outline.

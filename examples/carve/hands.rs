@@ -9,10 +9,10 @@ use bevy_contextual_ao::prelude::*;
 use bevy_egui::input::egui_wants_any_keyboard_input;
 use bevy_panorbit_camera::PanOrbitCamera;
 
-use crate::cutters::Cutter;
+use super::cutters::Cutter;
 
 /// What keys and pointer do, for the panel.
-pub const HELP: [[&str; 2]; 11] = [
+pub const HELP: [[&str; 2]; 13] = [
     ["drag a cutter", "move it"],
     ["scroll over it", "nearer, farther"],
     ["drag elsewhere", "orbit (right: pan, scroll: zoom)"],
@@ -24,6 +24,8 @@ pub const HELP: [[&str; 2]; 11] = [
     ["R", "all cutters back to their start"],
     ["1 to 5", "shading mode"],
     ["Delete", "remove the selected point"],
+    ["P", "save a picture"],
+    ["drop a file", "open it"],
 ];
 /// Share of the distance to the camera by which one notch of the wheel moves a cutter.
 const DEPTH_PER_NOTCH: f32 = 0.015;

@@ -1,39 +1,33 @@
-//! Opens the volume, fits the camera to it when it is there, and keeps what went wrong.
+//! Opens volumes and transfer functions, and keeps what went wrong. What is shown stays until the new file is
+//! there: a file that cannot be read changes nothing.
 
 use bevy::{
     asset::{AssetPath, LoadState},
-    camera::primitives::Aabb,
     prelude::*,
 };
-use bevy_contextual_ao::{
-    prelude::*,
-    volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
-};
-use bevy_panorbit_camera::PanOrbitCamera;
+use bevy_contextual_ao::prelude::*;
 use std::path::{Path, PathBuf};
 
-use crate::Arguments;
+use super::{
+    Arguments,
+    content::Content,
+    dropping::{CannotOpen, FileKind, OpenFile},
+};
 
 const DEFAULT_VOLUME: &str = "head_phantom.nrrd";
 const DEFAULT_TRANSFER_FUNCTION: &str = "head_phantom.tf.ron";
-/// How near the camera may come to the middle of a volume, and how far away, in radii of the volume.
-const NEAREST_VIEW: f32 = 0.1;
-const FARTHEST_VIEW: f32 = 12.0;
-/// What is seen of a volume rarely reaches into all corners of its box.
-const FIT: f32 = 0.8;
-/// Bars of the histogram behind the transfer function.
-const HISTOGRAM_BARS: usize = 512;
-/// A histogram of a large volume counts about this many of its voxels.
-const HISTOGRAM_SAMPLES: usize = 1 << 20;
 
 pub struct LoadingPlugin;
 
 impl Plugin for LoadingPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shown>()
-            .add_systems(Startup, open)
-            .add_systems(Update, own_function)
-            .add_observer(prepare)
+            .init_resource::<Opening>()
+            .add_systems(Startup, open_first)
+            .add_systems(Update, (show_opened, own_function).chain())
+            .add_observer(open_dropped)
+            .add_observer(note_refusal)
+            .add_observer(describe)
             .add_observer(note_failure);
     }
 }
@@ -41,47 +35,63 @@ impl Plugin for LoadingPlugin {
 /// What the panel says about the volume.
 #[derive(Resource, Default)]
 pub struct Shown {
-    /// The name of the file.
+    /// The name of the volume's file.
     pub name: String,
     /// What is known of the volume once it has been read.
     pub content: Option<Content>,
-    /// Why the volume or its transfer function could not be loaded.
+    /// Where the transfer function is from.
+    pub function: FunctionSource,
+    /// Why files could not be shown.
     pub errors: Vec<String>,
+    /// The volume before, which comes back if the new one cannot be shown.
+    before: Option<(String, Handle<Volume>)>,
 }
 
-/// What is known of a volume that has been read.
-pub struct Content {
-    /// Its voxels, in one line.
-    pub summary: String,
-    /// Smallest and largest value.
-    pub range: [f32; 2],
-    /// How common values are, evenly spaced over the range: 0 to 1, logarithmic.
-    pub histogram: Vec<f32>,
+/// Where a transfer function is from: one from a file stays when another volume is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FunctionSource {
+    /// Guessed from the volume's histogram, or the generated head's own.
+    #[default]
+    Volume,
+    Preset(Preset),
+    File,
 }
 
-fn open(
+/// Files that are being read.
+#[derive(Resource, Default)]
+pub struct Opening {
+    volume: Option<(String, Handle<Volume>)>,
+    function: Option<Handle<TransferFunction>>,
+}
+
+impl Opening {
+    /// Whether anything is being read.
+    pub fn is_busy(&self) -> bool {
+        self.volume.is_some() || self.function.is_some()
+    }
+}
+
+/// Spawns the volume of the command line.
+fn open_first(
     mut commands: Commands,
     arguments: Res<Arguments>,
     assets: Res<AssetServer>,
     mut shown: ResMut<Shown>,
 ) {
     let file = arguments.file.as_deref();
-    shown.name =
-        file.and_then(Path::file_name).map_or(DEFAULT_VOLUME.into(), |name| name.to_string_lossy().into());
-    let volume = assets.load(match file {
-        Some(file) => outside_assets(file),
-        None => AssetPath::from(DEFAULT_VOLUME),
+    shown.name = file.map_or_else(|| DEFAULT_VOLUME.into(), name_of);
+    let mut bundle = VolumeBundle::new(match file {
+        Some(file) => assets.load(outside_assets(file)),
+        None => assets.load(DEFAULT_VOLUME),
     });
-    let function = match (&arguments.transfer_function, file) {
-        (Some(file), _) => Some(outside_assets(file)),
-        (None, None) => Some(AssetPath::from(DEFAULT_TRANSFER_FUNCTION)),
-        (None, Some(_)) => None,
-    };
-    let mut bundle = VolumeBundle::new(volume);
-    if let Some(function) = function {
-        bundle = bundle.with_transfer_function(assets.load(function));
+    if let Some(function) = &arguments.transfer_function {
+        shown.function = FunctionSource::File;
+        bundle = bundle.with_transfer_function(assets.load(outside_assets(function)));
+    } else if let Some(preset) = arguments.preset {
+        shown.function = FunctionSource::Preset(preset);
+    } else if file.is_none() {
+        bundle = bundle.with_transfer_function(assets.load(DEFAULT_TRANSFER_FUNCTION));
     }
-    // The box of the volume would catch every drag of a cutter inside it.
     commands.spawn(bundle);
 }
 
@@ -91,107 +101,144 @@ fn outside_assets(file: &Path) -> AssetPath<'static> {
     AssetPath::from_path_buf(absolute)
 }
 
-/// The box around a volume, in the world.
-pub fn bounds(volume: &Volume, transform: &Transform) -> Option<Aabb> {
-    let corners = VolumeGeometry::of(volume).corners();
-    Aabb::enclosing(corners.map(|corner| transform.transform_point(corner.as_vec3() * WORLD_UNITS_PER_MM)))
+fn name_of(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Describes the volume, and shows all of it.
-fn prepare(
-    loaded: On<VolumeLoaded>,
-    volumes: Res<Assets<Volume>>,
-    entities: Query<(&Volume3d, &Transform)>,
-    mut cameras: Query<(&mut PanOrbitCamera, &Projection)>,
+/// Begins to read a file.
+fn open_dropped(
+    open: On<OpenFile>,
+    assets: Res<AssetServer>,
+    mut opening: ResMut<Opening>,
     mut shown: ResMut<Shown>,
 ) {
-    let Ok((handle, transform)) = entities.get(loaded.entity) else {
-        return;
-    };
-    let Some(volume) = volumes.get(&handle.0) else {
-        return;
-    };
-    shown.content = Some(describe(volume));
-    let Some(bounds) = bounds(volume, transform) else {
-        return;
-    };
-    let radius = bounds.half_extents.length();
-    for (mut camera, projection) in &mut cameras {
-        let Projection::Perspective(perspective) = projection else {
-            continue;
-        };
-        let half_height = (perspective.fov / 2.0).tan();
-        let half_angle = (half_height * perspective.aspect_ratio.min(1.0)).atan();
-        let distance = FIT * radius / half_angle.sin();
-        camera.focus = bounds.center.into();
-        camera.target_focus = camera.focus;
-        camera.radius = Some(distance);
-        camera.target_radius = distance;
-        camera.zoom_lower_limit = NEAREST_VIEW * radius;
-        camera.zoom_upper_limit = Some(FARTHEST_VIEW * radius);
-        camera.force_update = true;
+    shown.errors.clear();
+    let path = outside_assets(&open.path);
+    match open.kind {
+        FileKind::Volume => opening.volume = Some((name_of(&open.path), assets.load(path))),
+        FileKind::TransferFunction => opening.function = Some(assets.load(path)),
     }
 }
 
-fn describe(volume: &Volume) -> Content {
-    let (size, spacing) = (volume.dimensions(), volume.spacing_mm());
-    Content {
-        summary: format!(
-            "{} x {} x {} voxels of {:.2} x {:.2} x {:.2} mm",
-            size.x, size.y, size.z, spacing.x, spacing.y, spacing.z
-        ),
-        range: volume.range().map(|value| value as f32),
-        histogram: histogram(volume),
+fn note_refusal(refused: On<CannotOpen>, mut shown: ResMut<Shown>) {
+    error!("{}", refused.0);
+    shown.errors = vec![refused.0.clone()];
+}
+
+/// Shows files once they have been read.
+fn show_opened(
+    assets: Res<AssetServer>,
+    mut opening: ResMut<Opening>,
+    mut shown: ResMut<Shown>,
+    mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
+) {
+    // Untouched, it must not count as changed.
+    if !opening.is_busy() {
+        return;
+    }
+    let Ok((mut volume, mut function)) = entities.single_mut() else {
+        return;
+    };
+    if let Some((name, new)) =
+        opening.volume.take_if(|(_, new)| is_read(&assets, new.id(), &mut shown.errors))
+        && new != volume.0
+        && assets.is_loaded(&new)
+    {
+        let before = core::mem::replace(&mut shown.name, name);
+        shown.before = Some((before, core::mem::replace(&mut volume.0, new)));
+        if shown.function != FunctionSource::File {
+            function.0 = Handle::default();
+        }
+    }
+    if let Some(new) = opening.function.take_if(|new| is_read(&assets, new.id(), &mut shown.errors))
+        && assets.is_loaded(&new)
+    {
+        shown.function = FunctionSource::File;
+        function.0 = new;
     }
 }
 
-fn histogram(volume: &Volume) -> Vec<f32> {
-    let [low, high] = volume.range();
-    let width = (high - low).max(f64::MIN_POSITIVE);
-    let mut counts = vec![0u32; HISTOGRAM_BARS];
-    let voxels = volume.intensities();
-    for index in (0..voxels.len()).step_by(voxels.len() / HISTOGRAM_SAMPLES + 1) {
-        let Some(stored) = voxels.get(index) else {
-            break;
-        };
-        let t = (volume.to_file_units(stored.into()) - low) / width;
-        let bar = (t * HISTOGRAM_BARS as f64) as usize;
-        counts[bar.min(HISTOGRAM_BARS - 1)] += 1;
+/// Whether a file has been read, or could not be; keeps the reason.
+fn is_read(
+    assets: &AssetServer,
+    id: impl Into<bevy::asset::UntypedAssetId>,
+    errors: &mut Vec<String>,
+) -> bool {
+    match assets.get_load_state(id) {
+        Some(LoadState::Loaded) => true,
+        Some(LoadState::Failed(error)) => {
+            note(errors, &error.to_string());
+            true
+        }
+        _ => false,
     }
-    let logarithms = counts.into_iter().map(|count| (1.0 + count as f32).ln());
-    let largest = logarithms.clone().fold(1.0, f32::max);
-    logarithms.map(|logarithm| logarithm / largest).collect()
 }
 
-/// Keeps what went wrong. A volume without its transfer function gets the automatic one.
+/// Keeps an error. What follows its first line is where in the code it went wrong.
+fn note(errors: &mut Vec<String>, error: &str) {
+    let error = error.lines().next().unwrap_or_default();
+    if !errors.iter().any(|noted| noted == error) {
+        errors.push(error.to_owned());
+    }
+}
+
+/// Describes a volume that is shown; the one before is not needed any more.
+fn describe(
+    loaded: On<VolumeLoaded>,
+    volumes: Res<Assets<Volume>>,
+    entities: Query<&Volume3d>,
+    mut shown: ResMut<Shown>,
+) {
+    let volume = entities.get(loaded.entity).ok().and_then(|handle| volumes.get(&handle.0));
+    shown.content = volume.map(Content::of);
+    shown.before = None;
+}
+
+/// Keeps what went wrong. A volume that cannot be shown leaves its place to the one before; a volume without
+/// its transfer function gets the automatic one.
 fn note_failure(
     failed: On<VolumeFailed>,
     assets: Res<AssetServer>,
-    mut functions: Query<&mut VolumeTransferFunction>,
+    mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
     mut shown: ResMut<Shown>,
 ) {
-    let error = failed.reason.to_string();
-    if !shown.errors.contains(&error) {
-        shown.errors.push(error);
-    }
-    if let Ok(mut function) = functions.get_mut(failed.entity)
-        && let Some(LoadState::Failed(_)) = assets.get_load_state(&function.0)
-    {
+    note(&mut shown.errors, &failed.reason.to_string());
+    let Ok((mut volume, mut function)) = entities.get_mut(failed.entity) else {
+        return;
+    };
+    if let Some(LoadState::Failed(_)) = assets.get_load_state(&function.0) {
         function.0 = Handle::default();
+        shown.function = FunctionSource::Volume;
+    } else if let Some((name, before)) = shown.before.take() {
+        shown.name = name;
+        volume.0 = before;
+        if shown.function != FunctionSource::File {
+            function.0 = Handle::default();
+        }
     }
 }
 
-/// Replaces the automatic transfer function, which is nobody's asset, by one that can be edited.
+/// Replaces transfer functions that are a file's, or nobody's, by ones that can be edited.
 fn own_function(
+    assets: Res<AssetServer>,
     volumes: Res<Assets<Volume>>,
+    shown: Res<Shown>,
     mut functions: ResMut<Assets<TransferFunction>>,
     mut entities: Query<(&Volume3d, &mut VolumeTransferFunction)>,
 ) {
     for (volume, mut function) in &mut entities {
-        if function.0 == Handle::default()
-            && let Some(volume) = volumes.get(&volume.0)
-        {
-            function.0 = functions.add(TransferFunction::for_volume(volume));
+        let own = if function.0 == Handle::default() {
+            volumes.get(&volume.0).map(|volume| match shown.function {
+                FunctionSource::Preset(preset) => preset.transfer_function(volume),
+                FunctionSource::Volume | FunctionSource::File => TransferFunction::for_volume(volume),
+            })
+        } else if assets.is_managed(function.id()) {
+            functions.get(&function.0).cloned()
+        } else {
+            None
+        };
+        if let Some(own) = own {
+            function.0 = functions.add(own);
         }
     }
 }

@@ -1,27 +1,34 @@
 //! Carves a volume by hand in a window: `cargo run --release --example carve -- [FILE]`.
 //!
 //! Drag the sphere, the box and the ring through the head; the panel on the left explains the keys,
-//! sets the shading and the transfer function, and shows what each pass takes.
+//! sets the shading and the transfer function, and shows what each pass takes. Files dropped on the window are
+//! opened.
 
+#[path = "../common/budget.rs"]
+mod budget;
+mod content;
 mod cutters;
+mod digits;
+mod dropping;
+mod file_panel;
+#[path = "../common/framing.rs"]
+mod framing;
 mod hands;
 mod loading;
 mod occlusion_panel;
 mod panel;
+mod picture;
 mod timings;
 mod transfer_editor;
+mod view;
 
 use bevy::{
-    asset::UnapprovedPathMode,
-    camera::{CameraOutputMode, visibility::RenderLayers},
-    core_pipeline::tonemapping::Tonemapping,
-    diagnostic::FrameTimeDiagnosticsPlugin,
-    prelude::*,
-    render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
+    asset::UnapprovedPathMode, diagnostic::FrameTimeDiagnosticsPlugin, prelude::*,
+    render::diagnostic::RenderDiagnosticsPlugin,
 };
 use bevy_contextual_ao::prelude::*;
-use bevy_egui::{EguiGlobalSettings, EguiPlugin, PrimaryEguiContext};
-use bevy_panorbit_camera::{PanOrbitCamera, PanOrbitCameraPlugin};
+use bevy_egui::EguiPlugin;
+use bevy_panorbit_camera::PanOrbitCameraPlugin;
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -31,17 +38,17 @@ pub struct Arguments {
     /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd. A generated head if left out.
     file: Option<PathBuf>,
     /// Colours and opacities: a volume property of 3D Slicer (.vp) or .tf.ron.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     transfer_function: Option<PathBuf>,
+    /// Colours and opacities for a common examination: ct_bone, ct_soft_tissue, ct_vessels, ct_lung, mr_head or
+    /// mr_angiography.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<Preset>,
+    #[command(flatten)]
+    budget: budget::BudgetOptions,
 }
 
 const BACKGROUND: Color = Color::srgb(0.09, 0.095, 0.105);
-/// Where the camera stands at first, around the volume: to its left and a little above, radians.
-const FIRST_YAW: f32 = 0.55;
-const FIRST_PITCH: f32 = 0.25;
-/// The nearest visible point, metres.
-const NEAR: f32 = 0.005;
-
 /// Where the generated head lies: in the project's folder, which need not be where it was built.
 fn assets_folder() -> String {
     let project = std::env::var("CARGO_MANIFEST_DIR");
@@ -52,6 +59,7 @@ fn main() -> AppExit {
     let arguments = Arguments::parse();
     let window = Window { title: "carve".into(), ..default() };
     App::new()
+        .insert_resource(arguments.budget.budget())
         .insert_resource(arguments)
         .insert_resource(ClearColor(BACKGROUND))
         .add_plugins(
@@ -72,34 +80,14 @@ fn main() -> AppExit {
             FrameTimeDiagnosticsPlugin::default(),
             RenderDiagnosticsPlugin,
         ))
-        .add_plugins((loading::LoadingPlugin, cutters::CuttersPlugin, hands::HandsPlugin, panel::PanelPlugin))
-        .add_systems(Startup, spawn_cameras)
+        .add_plugins((
+            loading::LoadingPlugin,
+            dropping::DroppingPlugin,
+            view::ViewPlugin,
+            cutters::CuttersPlugin,
+            hands::HandsPlugin,
+            panel::PanelPlugin,
+            picture::PicturePlugin,
+        ))
         .run()
-}
-
-/// The camera of the scene, and one above it for the panel: the scene's is only as large as what the
-/// panel leaves free.
-fn spawn_cameras(mut commands: Commands, mut egui_settings: ResMut<EguiGlobalSettings>) {
-    egui_settings.auto_create_primary_context = false;
-    commands.spawn((
-        PanOrbitCamera { yaw: Some(FIRST_YAW), pitch: Some(FIRST_PITCH), ..default() },
-        Projection::Perspective(PerspectiveProjection { near: NEAR, ..default() }),
-        Tonemapping::None,
-        Msaa::Off,
-    ));
-    commands.spawn((
-        PrimaryEguiContext,
-        Camera2d,
-        RenderLayers::none(),
-        Camera {
-            order: 1,
-            output_mode: CameraOutputMode::Write {
-                blend_state: Some(BlendState::ALPHA_BLENDING),
-                clear_color: ClearColorConfig::None,
-            },
-            clear_color: ClearColorConfig::Custom(Color::NONE),
-            ..default()
-        },
-        Msaa::Off,
-    ));
 }

@@ -7,16 +7,42 @@ use bevy_contextual_ao::{
         OpacityModulation, ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
     },
     prelude::*,
+    volume::VolumeGeometry,
 };
 use bevy_egui::egui::{ComboBox, Slider, Ui};
 
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
-const STEP_MM: core::ops::RangeInclusive<f32> = 0.1..=10.0;
-const RADIUS_MM: core::ops::RangeInclusive<f32> = 1.0..=60.0;
+/// Lengths are chosen from so many voxels.
+const STEP_VOXELS: [f32; 2] = [0.1, 10.0];
+const RADIUS_VOXELS: [f32; 2] = [1.0, 60.0];
+const BIAS_VOXELS: [f32; 2] = [0.0, 5.0];
 
-/// The transfer function is where an isovalue is from.
-pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>, function: Option<&TransferFunction>) {
+/// A slider for a length, whose range follows the size of a voxel. The length is set when the slider is moved; until
+/// then it is `unset_mm`.
+fn length_slider(
+    ui: &mut Ui,
+    text: &str,
+    length_mm: &mut Option<f32>,
+    unset_mm: f64,
+    [least, most]: [f32; 2],
+    geometry: &VolumeGeometry,
+) {
+    let voxel_mm = geometry.spacing_mm.min_element() as f32;
+    let mut shown_mm = length_mm.unwrap_or(unset_mm as f32);
+    let range = least * voxel_mm..=most * voxel_mm;
+    if ui.add(Slider::new(&mut shown_mm, range).logarithmic(least > 0.0).text(text)).changed() {
+        *length_mm = Some(shown_mm);
+    }
+}
+
+/// The transfer function is where an isovalue is from; the ranges of lengths follow the volume's voxels.
+pub fn show(
+    ui: &mut Ui,
+    mut occlusion: Mut<AmbientOcclusion>,
+    function: Option<&TransferFunction>,
+    geometry: &VolumeGeometry,
+) {
     let mut new = occlusion.clone();
     ComboBox::from_label("method").selected_text(new.method.name()).show_ui(ui, |ui| {
         for method in OcclusionMethod::all() {
@@ -27,26 +53,26 @@ pub fn show(ui: &mut Ui, mut occlusion: Mut<AmbientOcclusion>, function: Option<
         }
     });
     match &mut new.method {
-        OcclusionMethod::Rays => show_rays(ui, &mut new),
+        OcclusionMethod::Rays => show_rays(ui, &mut new, geometry),
         OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, kept_on_change }) => {
             ui.add(Slider::new(rays_per_frame, 1..=64).logarithmic(true).text("rays a frame"));
             ui.add(Slider::new(kept_on_change, 0.0..=0.99).text("kept on change"));
-            show_rays(ui, &mut new);
+            show_rays(ui, &mut new, geometry);
         }
         OcclusionMethod::Sweeping(sweeping) => {
             show_surface(ui, &mut sweeping.surface, function);
             show_sweeping(ui, sweeping);
             show_sky(ui, &mut new.sky);
         }
-        OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering),
-        OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen),
+        OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering, geometry),
+        OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen, geometry),
         OcclusionMethod::Direct(direct) => show_direct(ui, direct),
     }
     // Any change restarts the computation.
     occlusion.set_if_neq(new);
 }
 
-fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
+fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion, geometry: &VolumeGeometry) {
     let rays = new.pattern.rays();
     let patterns = [
         RayPattern::Neighborhood6,
@@ -70,7 +96,8 @@ fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion) {
         ui.add(Slider::new(rays, 1..=MAX_RAYS).logarithmic(true).text("rays"));
     }
     ui.add(Slider::new(&mut new.steps, 1..=MAX_STEPS).text("steps"));
-    ui.add(Slider::new(new.step_mm.get_or_insert(1.0), STEP_MM).logarithmic(true).text("step, mm"));
+    let unset_mm = new.step_length_mm(geometry);
+    length_slider(ui, "step, mm", &mut new.step_mm, unset_mm, STEP_VOXELS, geometry);
     let mut is_half = new.resolution == OcclusionResolution::Half;
     ui.checkbox(&mut is_half, "half resolution");
     new.resolution = if is_half { OcclusionResolution::Half } else { OcclusionResolution::Full };
@@ -118,7 +145,7 @@ fn show_sweeping(ui: &mut Ui, sweeping: &mut OcclusionSweeping) {
     ui.add(Slider::new(&mut sweeping.gamma, 0.5..=4.0).text("gamma"));
 }
 
-fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
+fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering, geometry: &VolumeGeometry) {
     ui.horizontal_wrapped(|ui| {
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Chebyshev, "Chebyshev");
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Power, "power");
@@ -129,9 +156,8 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
         ui.selectable_value(&mut filtering.density, DensitySource::Opacity, "opacity");
         ui.selectable_value(&mut filtering.density, DensitySource::Intensity, "intensity");
     });
-    ui.add(
-        Slider::new(filtering.radius_mm.get_or_insert(10.0), RADIUS_MM).logarithmic(true).text("radius, mm"),
-    );
+    let unset_mm = filtering.radius_length_mm(geometry);
+    length_slider(ui, "radius, mm", &mut filtering.radius_mm, unset_mm, RADIUS_VOXELS, geometry);
     ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
     let threshold = match filtering.modulation {
         OpacityModulation::None => 0.05,
@@ -150,10 +176,11 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering) {
     }
 }
 
-fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion) {
+fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion, geometry: &VolumeGeometry) {
     ui.add(Slider::new(&mut screen.opacity_threshold, 0.01..=1.0).text("opacity threshold"));
-    ui.add(Slider::new(screen.radius_mm.get_or_insert(20.0), RADIUS_MM).logarithmic(true).text("radius, mm"));
-    ui.add(Slider::new(screen.bias_mm.get_or_insert(0.5), 0.0..=5.0).text("bias, mm"));
+    let [radius_mm, bias_mm] = screen.lengths_mm(geometry);
+    length_slider(ui, "radius, mm", &mut screen.radius_mm, radius_mm, RADIUS_VOXELS, geometry);
+    length_slider(ui, "bias, mm", &mut screen.bias_mm, bias_mm, BIAS_VOXELS, geometry);
     let samples = 1..=ScreenSpaceOcclusion::MOST_SAMPLES;
     ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
     ui.checkbox(&mut screen.blur, "blur");

@@ -1,28 +1,27 @@
-//! The panel: progress, shading, transfer function, timings and help.
+//! The panel: file, shading, transfer function, timings and help.
 
 use bevy::{
-    asset::{AssetMut, LoadState},
-    camera::Viewport,
-    diagnostic::DiagnosticsStore,
-    ecs::system::SystemParam,
-    prelude::*,
+    asset::AssetMut, camera::Viewport, diagnostic::DiagnosticsStore, ecs::system::SystemParam, prelude::*,
     window::PrimaryWindow,
 };
 use bevy_contextual_ao::{
     diagnostics::{RenderStatus, TimePassesByClock},
     prelude::*,
+    volume::VolumeGeometry,
 };
 use bevy_egui::{
     EguiContexts, EguiInput, EguiPreUpdateSet, EguiPrimaryContextPass,
-    egui::{self, Color32, Grid, ProgressBar, RichText, Slider, Ui, scroll_area::ScrollSource},
+    egui::{self, Grid, RichText, Slider, Ui, scroll_area::ScrollSource},
     input::egui_wants_any_keyboard_input,
 };
 use bevy_panorbit_camera::PanOrbitCamera;
 
-use crate::{
+use super::{
+    content::Content,
     cutters::Cutter,
+    file_panel::{self, Files},
     hands::{HELP, Hand},
-    loading::{Content, Shown},
+    loading::{FunctionSource, Shown},
     occlusion_panel,
     timings::{self, LastRuns},
     transfer_editor::{self, TransferEditor},
@@ -34,13 +33,13 @@ const PADDING: f32 = 10.0;
 /// Dragging is for points and sliders.
 const SCROLLED_BY: ScrollSource = ScrollSource { drag: false, ..ScrollSource::ALL };
 const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
-const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 
 pub struct PanelPlugin;
 
 impl Plugin for PanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<TransferEditor>()
+            .add_observer(show_all_values)
             .add_systems(
                 PreUpdate,
                 keep_tab_key.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
@@ -53,7 +52,7 @@ impl Plugin for PanelPlugin {
 /// The volume and its settings.
 type ShownVolume = (
     &'static Volume3d,
-    &'static VolumeTransferFunction,
+    &'static mut VolumeTransferFunction,
     &'static OcclusionProgress,
     &'static mut AmbientOcclusion,
     &'static mut VolumeShading,
@@ -62,8 +61,7 @@ type ShownVolume = (
 /// What the panel only reads.
 #[derive(SystemParam)]
 struct Readings<'w, 's> {
-    assets: Res<'w, AssetServer>,
-    shown: Res<'w, Shown>,
+    volumes: Res<'w, Assets<Volume>>,
     diagnostics: Res<'w, DiagnosticsStore>,
     status: Res<'w, RenderStatus>,
     hand: Res<'w, Hand>,
@@ -98,6 +96,11 @@ fn leave_room(
     }
 }
 
+/// The values of another volume are others.
+fn show_all_values(_: On<VolumeLoaded>, mut editor: ResMut<TransferEditor>) {
+    *editor = default();
+}
+
 fn choose_mode_by_key(keys: Res<ButtonInput<KeyCode>>, mut volumes: Query<&mut VolumeShading>) {
     let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
     for (key, mode) in digits.into_iter().zip(ShadingMode::ALL) {
@@ -112,7 +115,9 @@ fn choose_mode_by_key(keys: Res<ButtonInput<KeyCode>>, mut volumes: Query<&mut V
 
 fn show(
     mut contexts: EguiContexts,
+    files: Files,
     readings: Readings,
+    mut shown: ResMut<Shown>,
     mut volumes: Query<ShownVolume>,
     mut functions: ResMut<Assets<TransferFunction>>,
     mut editor: ResMut<TransferEditor>,
@@ -130,13 +135,23 @@ fn show(
             ui.set_height((height - 2.0 * PADDING).max(0.0));
             let scroll = egui::ScrollArea::vertical().auto_shrink(false).scroll_source(SCROLLED_BY);
             scroll.show(ui, |ui| {
-                for (volume, function, progress, occlusion, shading) in &mut volumes {
-                    show_progress(ui, &readings, volume, *progress);
+                for (volume, mut function, progress, occlusion, shading) in &mut volumes {
+                    file_panel::show(ui, &files, &shown, volume, *progress);
                     ui.separator();
                     show_shading(ui, shading);
-                    occlusion_panel::show(ui, occlusion, functions.get(&function.0));
+                    if let Some(volume) = readings.volumes.get(&volume.0) {
+                        let geometry = VolumeGeometry::of(volume);
+                        occlusion_panel::show(ui, occlusion, functions.get(&function.0), &geometry);
+                    }
                     ui.separator();
-                    if let Some(content) = &readings.shown.content {
+                    if let Some(volume) = readings.volumes.get(&volume.0)
+                        && let Some(preset) = file_panel::choose_preset(ui, shown.function)
+                    {
+                        shown.function = FunctionSource::Preset(preset);
+                        function.0 = functions.add(preset.transfer_function(volume));
+                        *editor = default();
+                    }
+                    if let Some(content) = &shown.content {
                         edit_function(ui, &mut editor, functions.get_mut(&function.0), content);
                         ui.separator();
                     }
@@ -163,33 +178,6 @@ fn give_keys_back(context: &egui::Context) {
         && let Some(focused) = context.memory(|memory| memory.focused())
     {
         context.memory_mut(|memory| memory.surrender_focus(focused));
-    }
-}
-
-fn show_progress(ui: &mut Ui, readings: &Readings, volume: &Volume3d, progress: OcclusionProgress) {
-    let shown = &readings.shown;
-    ui.strong(&shown.name);
-    for error in &shown.errors {
-        ui.colored_label(ERROR, error);
-    }
-    match (&shown.content, readings.assets.get_load_state(&volume.0)) {
-        (Some(content), _) => {
-            ui.weak(&content.summary);
-            let bar = ProgressBar::new(progress.0);
-            ui.add(if progress.0 < 1.0 {
-                bar.text(format!("ambient occlusion {:.0} %", progress.0 * 100.0))
-            } else {
-                bar.text("ambient occlusion complete")
-            });
-        }
-        (None, Some(LoadState::Failed(_))) => {
-            ui.weak("nothing to show");
-        }
-        // How much of the file has been read is not known.
-        (None, _) => {
-            let sweep = (ui.input(|input| input.time) % 1.0) as f32;
-            ui.add(ProgressBar::new(sweep).text("reading the file"));
-        }
     }
 }
 

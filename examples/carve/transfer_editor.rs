@@ -7,7 +7,7 @@ use bevy_egui::egui::{
     Slider, Stroke, Ui, emath::RectTransform, pos2, vec2,
 };
 
-use crate::loading::Content;
+use super::{content::Content, digits::decimals};
 
 const HEIGHT: f32 = 150.0;
 /// Points are caught from this far, and drawn this large, in points of the screen.
@@ -21,7 +21,10 @@ const ZOOM_PER_PIXEL: f32 = 0.004;
 const SMALLEST_VIEW: f32 = 1e-3;
 /// The whole range shows this share more on either side.
 const MARGIN: f32 = 0.03;
-const UNIT_DISTANCE_MM: core::ops::RangeInclusive<f32> = 0.05..=50.0;
+/// The unit of opacity is chosen from so many voxels.
+const UNIT_DISTANCE_VOXELS: [f32; 2] = [0.05, 50.0];
+/// Pixels of dragging that change a value by the width of the visible range.
+const PIXELS_PER_VIEW: f32 = 500.0;
 const MATT: Color32 = Color32::from_gray(28);
 const HISTOGRAM: Color32 = Color32::from_gray(62);
 
@@ -51,7 +54,8 @@ pub fn show(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFun
             editor.view = None;
         }
     });
-    show_selected(ui, editor, function);
+    show_selected(ui, editor, function, view);
+    show_unit(ui, function, content);
 }
 
 /// Values to the right, opacity upwards.
@@ -216,8 +220,13 @@ fn bytes(color: [f32; 3]) -> [u8; 3] {
     color.map(|share| (share * 255.0).round() as u8)
 }
 
-/// The selected point in numbers, and the unit of opacity.
-fn show_selected(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFunction) {
+/// The selected point in numbers, with the digits that tell values of the view apart.
+fn show_selected(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    function: &mut TransferFunction,
+    [left, right]: [f32; 2],
+) {
     let is_last = function.points.len() < 2;
     match editor.selected {
         Some(index) => {
@@ -231,7 +240,11 @@ fn show_selected(ui: &mut Ui, editor: &mut TransferEditor, function: &mut Transf
                 if ui.color_edit_button_srgb(&mut color).changed() {
                     point.color = color.map(|byte| f32::from(byte) / 255.0);
                 }
-                ui.add(DragValue::new(&mut point.value).range(low..=high));
+                let (width, decimals) = (right - left, decimals(right - left));
+                let value = DragValue::new(&mut point.value).range(low..=high);
+                ui.add(
+                    value.speed(width / PIXELS_PER_VIEW).min_decimals(decimals).max_decimals(decimals + 2),
+                );
                 ui.add(DragValue::new(&mut point.opacity).range(0.0..=1.0).speed(0.01));
                 is_deleted |= ui.add_enabled(!is_last, Button::new("delete")).clicked();
             });
@@ -244,6 +257,10 @@ fn show_selected(ui: &mut Ui, editor: &mut TransferEditor, function: &mut Transf
             ui.weak("no point selected");
         }
     }
-    let unit = Slider::new(&mut function.opacity_unit_distance_mm, UNIT_DISTANCE_MM);
+}
+
+fn show_unit(ui: &mut Ui, function: &mut TransferFunction, content: &Content) {
+    let [least, most] = UNIT_DISTANCE_VOXELS.map(|voxels| voxels * content.voxel_mm);
+    let unit = Slider::new(&mut function.opacity_unit_distance_mm, least..=most);
     ui.add(unit.logarithmic(true).text("opacity per so many mm"));
 }

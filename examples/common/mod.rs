@@ -4,9 +4,11 @@
 
 #![allow(dead_code, reason = "not every example that includes this folder needs all of it")]
 
+pub mod budget;
 pub mod carver;
 pub mod chart;
 pub mod font;
+pub mod framing;
 pub mod headless;
 pub mod inside;
 pub mod random;

@@ -9,7 +9,9 @@ use clap::Args;
 use std::path::PathBuf;
 
 use super::{
+    budget::BudgetOptions,
     carver::{Carver, parse_numbers},
+    framing::Framing,
     headless::{Headless, project_folder},
 };
 
@@ -29,6 +31,12 @@ pub struct SceneOptions {
     /// phantom's, or one guessed from the volume's histogram].
     #[arg(long)]
     pub transfer_function: Option<String>,
+    /// Instead of a transfer function, one for a common examination: ct_bone, ct_soft_tissue, ct_vessels,
+    /// ct_lung, mr_head or mr_angiography.
+    #[arg(long, conflicts_with = "transfer_function")]
+    pub preset: Option<Preset>,
+    #[command(flatten)]
+    pub budget: BudgetOptions,
     /// A cutter, in mm from the volume's centre (x to the patient's left, y up, z to the front):
     /// sphere:x,y,z,r  box:x,y,z,a,b,c  torus:x,y,z,R,r  cylinder:x,y,z,r,h, each optionally
     /// followed by three angles in degrees; with `keep:` in front it keeps what is inside.
@@ -71,6 +79,7 @@ pub struct SceneParts {
     pub volume: Volume,
     /// One guessed from the volume's histogram, where there is none.
     pub transfer_function: Option<TransferFunction>,
+    pub budget: VolumeBudget,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
     pub carvers: Vec<Carver>,
@@ -105,6 +114,7 @@ impl SceneParts {
         let view = view_from(self.camera);
         let camera = headless.camera();
         let world = headless.app.world_mut();
+        world.insert_resource(self.budget);
         let mut bundle = VolumeBundle::new(world.resource_mut::<Assets<Volume>>().add(self.volume));
         if let Some(function) = self.transfer_function {
             let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
@@ -113,15 +123,19 @@ impl SceneParts {
         bundle.occlusion = self.occlusion;
         bundle.shading = self.shading;
         let volume = world.spawn(bundle).id();
-        let projection = Projection::Perspective(PerspectiveProjection {
-            fov: self.fov.to_radians(),
-            near: 0.001,
-            ..default()
-        });
-        let camera = world.spawn((camera, projection, view)).id();
+        let mut projection = PerspectiveProjection { fov: self.fov.to_radians(), ..default() };
+        if let Some(framing) = framing(&geometry) {
+            framing.set_planes(&mut projection);
+        }
+        let camera = world.spawn((camera, Projection::Perspective(projection), view)).id();
         let carvers = self.carvers.iter().map(|carver| carver.spawn(world)).collect();
         Scene { volume, camera, carvers, view, voxels, geometry, voxel_mm, name }
     }
+}
+
+/// What shows a volume in the world's origin.
+fn framing(geometry: &VolumeGeometry) -> Option<Framing> {
+    Framing::of(geometry.corners().map(|corner| corner.as_vec3() * WORLD_UNITS_PER_MM))
 }
 
 /// A camera that looks at the volume's centre from a place given in mm from there.
@@ -156,16 +170,18 @@ impl SceneOptions {
         let settings = VolumeReadSettings { component: self.component };
         let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
         let default_function = self.volume.is_none().then(|| assets.join("head_phantom.tf.ron"));
-        let transfer_function = match (&self.transfer_function, default_function) {
-            (Some(function), _) => Some(read_transfer_function(function)?),
-            (None, Some(path)) => Some(read_transfer_function(&path.to_string_lossy())?),
-            (None, None) => None,
+        let transfer_function = match (&self.transfer_function, self.preset, default_function) {
+            (Some(function), _, _) => Some(read_transfer_function(function)?),
+            (None, Some(preset), _) => Some(preset.transfer_function(&volume)),
+            (None, None, Some(path)) => Some(read_transfer_function(&path.to_string_lossy())?),
+            (None, None, None) => None,
         };
         Ok(SceneParts {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             camera: self.camera.unwrap_or_else(|| self.overview(&VolumeGeometry::of(&volume))),
             volume,
             transfer_function,
+            budget: self.budget.budget(),
             occlusion: AmbientOcclusion {
                 method: self.method,
                 steps: self.steps,
@@ -180,9 +196,9 @@ impl SceneOptions {
 
     /// Where a camera has all in view.
     fn overview(&self, geometry: &VolumeGeometry) -> Vec3 {
-        let radius = geometry.corners()[0].length() as f32;
-        let distance = 0.85 * radius / (0.5 * self.fov.to_radians()).sin();
-        distance * Vec3::new(0.55, 0.35, 0.8).normalize()
+        let aspect_ratio = self.size.x as f32 / self.size.y as f32;
+        let distance = framing(geometry).map(|framing| framing.distance(self.fov.to_radians(), aspect_ratio));
+        distance.unwrap_or(1.0) / WORLD_UNITS_PER_MM * Vec3::new(0.55, 0.35, 0.8).normalize()
     }
 }
 

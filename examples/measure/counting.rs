@@ -112,6 +112,7 @@ impl CountingScene {
             name: self.name(),
             volume,
             transfer_function: Some(function),
+            budget: default(),
             occlusion: AmbientOcclusion {
                 pattern: RayPattern::Rubik54,
                 steps: recipe.steps,

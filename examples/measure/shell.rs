@@ -33,6 +33,7 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
         name: format!("shell {size}"),
         volume: shell_volume(size, spacing_mm).map_err(|error| error.to_string())?,
         transfer_function: Some(function),
+        budget: default(),
         occlusion: AmbientOcclusion {
             pattern: RayPattern::Fibonacci(26),
             steps: 20,

@@ -46,6 +46,7 @@ fn measure(voxels: UVec3, paper: [f64; 3], options: &Options) -> Result<(), Stri
         name: "folds".to_owned(),
         volume: folded_volume(voxels, DVec3::ONE),
         transfer_function: Some(function),
+        budget: default(),
         occlusion: default(),
         shading: default(),
         carvers: Vec::new(),

@@ -48,10 +48,14 @@ impl OcclusionFiltering {
         }
     }
 
+    /// The radius, mm: the one that is set, or 10 voxels.
+    pub fn radius_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        length_mm(self.radius_mm, 10.0, geometry)
+    }
+
     /// The radius along each of the grid's axes, whole voxels.
     pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
-        let radius_mm = length_mm(self.radius_mm, 10.0, geometry);
-        let voxels = (radius_mm / geometry.spacing_mm).round().as_uvec3();
+        let voxels = (self.radius_length_mm(geometry) / geometry.spacing_mm).round().as_uvec3();
         voxels.clamp(UVec3::ONE, UVec3::splat(Self::MOST_VOXELS))
     }
 }

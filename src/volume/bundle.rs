@@ -41,6 +41,10 @@ pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 pub struct OcclusionProgress(pub f32);
 
 /// Everything a volume needs, with defaults for all but the file.
+///
+/// The camera needs a near plane of about a thousandth of the volume's size:
+/// `PerspectiveProjection { near: 0.001, ..default() }` for a head. Bevy's default of 0.1 world units is 0.1 m
+/// here, and a camera that comes closer than that slices the volume open.
 #[derive(Bundle, Clone, Debug)]
 pub struct VolumeBundle {
     /// The volume.

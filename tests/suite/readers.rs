@@ -233,7 +233,7 @@ fn every_case_has_its_outcome() {
 
 #[test]
 fn files_that_were_read_wrongly_are_read_rightly() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared_volumes() else { return };
     let stack = read(&folder.join("cases/found/fiji-stack-microns-16bit.nrrd"));
     let spacing = Vec3::new(0.0004, 0.0004, 0.002);
     // Rounded to f32.

@@ -81,7 +81,9 @@ fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expect
         let farthest =
             |bytes: [f64; 3]| expected.iter().zip(bytes).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let difference = farthest([0, 1, 2].map(|channel| f64::from(image[place + channel])));
-        if difference > 6.0 { println!("{name}: {pixel} {difference} {:?} {expected:?}", &image[place..place+3]); }
+        if difference > 6.0 {
+            println!("{name}: {pixel} {difference} {:?} {expected:?}", &image[place..place + 3]);
+        }
         sum += difference;
         far += usize::from(difference > 4.0);
         most = most.max(difference);

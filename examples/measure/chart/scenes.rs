@@ -70,6 +70,7 @@ fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
         name: "phantom".to_owned(),
         volume,
         transfer_function: Some(function),
+        budget: default(),
         occlusion: AmbientOcclusion {
             pattern: RayPattern::Rubik54,
             steps: 20,

@@ -1,0 +1,53 @@
+//! What the panel tells of a volume.
+
+use bevy_contextual_ao::prelude::*;
+
+use super::digits::significant;
+
+/// Bars of the histogram behind the transfer function.
+const HISTOGRAM_BARS: usize = 512;
+/// A histogram of a large volume counts about this many of its voxels.
+const HISTOGRAM_SAMPLES: usize = 1 << 20;
+
+/// What is known of a volume that has been read.
+pub struct Content {
+    /// Its voxels, in one line.
+    pub summary: String,
+    /// The smallest distance between voxels, mm.
+    pub voxel_mm: f32,
+    /// Smallest and largest value.
+    pub range: [f32; 2],
+    /// How common values are, evenly spaced over the range: 0 to 1, logarithmic.
+    pub histogram: Vec<f32>,
+}
+
+impl Content {
+    pub fn of(volume: &Volume) -> Self {
+        let size = volume.dimensions();
+        let [x, y, z] = volume.spacing_mm().to_array().map(significant);
+        Self {
+            summary: format!("{} x {} x {} voxels of {x} x {y} x {z} mm", size.x, size.y, size.z),
+            voxel_mm: volume.spacing_mm().min_element(),
+            range: volume.range().map(|value| value as f32),
+            histogram: histogram(volume),
+        }
+    }
+}
+
+fn histogram(volume: &Volume) -> Vec<f32> {
+    let [low, high] = volume.range();
+    let width = (high - low).max(f64::MIN_POSITIVE);
+    let mut counts = vec![0u32; HISTOGRAM_BARS];
+    let voxels = volume.intensities();
+    for index in (0..voxels.len()).step_by(voxels.len() / HISTOGRAM_SAMPLES + 1) {
+        let Some(stored) = voxels.get(index) else {
+            break;
+        };
+        let t = (volume.to_file_units(stored.into()) - low) / width;
+        let bar = (t * HISTOGRAM_BARS as f64) as usize;
+        counts[bar.min(HISTOGRAM_BARS - 1)] += 1;
+    }
+    let logarithms = counts.into_iter().map(|count| (1.0 + count as f32).ln());
+    let largest = logarithms.clone().fold(1.0, f32::max);
+    logarithms.map(|logarithm| logarithm / largest).collect()
+}

@@ -1,0 +1,78 @@
+//! The part of the panel that is about files.
+
+use bevy::{asset::LoadState, ecs::system::SystemParam, prelude::*};
+use bevy_contextual_ao::prelude::*;
+use bevy_egui::egui::{Color32, ComboBox, ProgressBar, Ui};
+
+use super::{
+    dropping::Hovering,
+    loading::{FunctionSource, Opening, Shown},
+    picture::SavedPicture,
+};
+
+const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
+
+/// What is going on with files.
+#[derive(SystemParam)]
+pub struct Files<'w> {
+    assets: Res<'w, AssetServer>,
+    opening: Res<'w, Opening>,
+    hovering: Res<'w, Hovering>,
+    picture: Res<'w, SavedPicture>,
+}
+
+/// What is shown, what is being read, and what went wrong.
+pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, progress: OcclusionProgress) {
+    ui.strong(&shown.name);
+    if files.hovering.0 {
+        ui.label("drop the file to open it");
+    }
+    if files.opening.is_busy() {
+        ui.label("another file is being read");
+    }
+    for error in &shown.errors {
+        ui.colored_label(ERROR, error);
+    }
+    match &files.picture.0 {
+        Some(Ok(name)) => drop(ui.label(format!("saved {name}"))),
+        Some(Err(reason)) => drop(ui.colored_label(ERROR, reason)),
+        None => (),
+    }
+    match (&shown.content, files.assets.get_load_state(&volume.0)) {
+        (Some(content), _) => {
+            ui.weak(&content.summary);
+            let bar = ProgressBar::new(progress.0);
+            ui.add(if progress.0 < 1.0 {
+                bar.text(format!("ambient occlusion {:.0} %", progress.0 * 100.0))
+            } else {
+                bar.text("ambient occlusion complete")
+            });
+        }
+        (None, Some(LoadState::Failed(_))) => {
+            ui.weak("nothing to show");
+        }
+        // How much of the file has been read is not known.
+        (None, _) => {
+            let sweep = (ui.input(|input| input.time) % 1.0) as f32;
+            ui.add(ProgressBar::new(sweep).text("reading the file"));
+        }
+    }
+}
+
+/// A menu of presets; returns the one that was chosen now.
+pub fn choose_preset(ui: &mut Ui, source: FunctionSource) -> Option<Preset> {
+    let current = match source {
+        FunctionSource::Volume => "from the volume",
+        FunctionSource::Preset(preset) => preset.name(),
+        FunctionSource::File => "from a file",
+    };
+    let mut chosen = None;
+    ComboBox::from_label("transfer function").selected_text(current).show_ui(ui, |ui| {
+        for preset in Preset::ALL {
+            if ui.selectable_label(source == FunctionSource::Preset(preset), preset.name()).clicked() {
+                chosen = Some(preset);
+            }
+        }
+    });
+    chosen
+}

@@ -1,0 +1,27 @@
+//! How much of the graphics device's memory a volume may take, from command-line options.
+
+use bevy_contextual_ao::prelude::*;
+use clap::Args;
+
+/// What is done with a volume that is too large.
+#[derive(Args, Clone, Debug, Default)]
+pub struct BudgetOptions {
+    /// Shows a volume beyond the budget, or the graphics device, at half its resolution, or a quarter, instead
+    /// of refusing it: `VolumeBudget::halves`.
+    #[arg(long)]
+    pub halve: bool,
+    /// What a volume may take on the graphics device, MiB: `VolumeBudget::most_bytes` [default: 4096].
+    #[arg(long, value_name = "N")]
+    pub budget_mib: Option<u64>,
+}
+
+impl BudgetOptions {
+    /// The budget.
+    pub fn budget(&self) -> VolumeBudget {
+        let most_bytes = self.budget_mib.map(|mib| mib.saturating_mul(1 << 20));
+        VolumeBudget {
+            most_bytes: most_bytes.unwrap_or(VolumeBudget::default().most_bytes),
+            halves: self.halve,
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Transfer functions for common examinations, by name.
+
+use bevy::math::DVec3;
+use std::{fmt, str::FromStr};
+
+use super::{ControlPoint, TransferFunction, Volume, VolumeGeometry, percentiles::Percentiles};
+
+/// A transfer function for a common examination, fitted to a volume.
+///
+/// CT presets are in Hounsfield units (HU). A file that never falls below zero holds none, since air and fat
+/// lie below; what its histogram parts as air and as tissue is then taken for -1000 and 40 HU. MR has no
+/// units: those presets lie between percentiles of the volume's intensities.
+///
+/// Opacity is per 350th of the volume's diagonal, about a millimetre for a head. So a mouse is as translucent
+/// as a man, and a halved volume looks like the whole one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Preset {
+    /// Bones and teeth alone, ivory.
+    CtBone,
+    /// Skin and flesh, translucent, over bones.
+    CtSoftTissue,
+    /// Vessels filled with contrast agent, red, over pale bones. Spongy bone is as dense as contrast agent,
+    /// so bones look reddish where they are thin.
+    CtVessels,
+    /// Lungs, airways and the vessels in them; the body around is hardly seen.
+    CtLung,
+    /// The head of an MRI, opaque: scalp, and once it is carved away, grey and white matter.
+    MrHead,
+    /// Bright blood of an MR angiography (time of flight or contrast agent), in a faint brain.
+    MrAngiography,
+}
+
+impl Preset {
+    /// All presets, in the order of a menu.
+    pub const ALL: [Self; 6] =
+        [Self::CtBone, Self::CtSoftTissue, Self::CtVessels, Self::CtLung, Self::MrHead, Self::MrAngiography];
+
+    /// The name used on command lines and in menus: `ct_bone`, `ct_soft_tissue`, `ct_vessels`, `ct_lung`,
+    /// `mr_head`, `mr_angiography`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CtBone => "ct_bone",
+            Self::CtSoftTissue => "ct_soft_tissue",
+            Self::CtVessels => "ct_vessels",
+            Self::CtLung => "ct_lung",
+            Self::MrHead => "mr_head",
+            Self::MrAngiography => "mr_angiography",
+        }
+    }
+
+    /// The preset for a volume, in the units of its file.
+    pub fn transfer_function(&self, volume: &Volume) -> TransferFunction {
+        let scale = self.scale(volume);
+        let point =
+            |&(value, color, opacity): &Point| ControlPoint { value: scale.at(value), color, opacity };
+        let corners = VolumeGeometry::of(volume).corners();
+        let diagonal = 2.0 * corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+        let unit = (diagonal / UNITS_IN_DIAGONAL) as f32;
+        TransferFunction {
+            points: self.points().iter().map(point).collect(),
+            opacity_unit_distance_mm: unit.clamp(f32::MIN_POSITIVE, f32::MAX),
+            gradient_opacity: Vec::new(),
+        }
+    }
+
+    fn points(self) -> &'static [Point] {
+        match self {
+            Self::CtBone => CT_BONE,
+            Self::CtSoftTissue => CT_SOFT_TISSUE,
+            Self::CtVessels => CT_VESSELS,
+            Self::CtLung => CT_LUNG,
+            Self::MrHead => MR_HEAD,
+            Self::MrAngiography => MR_ANGIOGRAPHY,
+        }
+    }
+
+    /// Where the preset's values lie among those of the file.
+    fn scale(self, volume: &Volume) -> Scale {
+        let values = Percentiles::of(volume);
+        match self {
+            Self::CtBone | Self::CtSoftTissue | Self::CtVessels | Self::CtLung => {
+                if volume.range()[0] < 0.0 {
+                    Scale { zero: 0.0, unit: 1.0 }
+                } else {
+                    Scale::through([(AIR_HU, values.dark(0.5)), (TISSUE_HU, values.bright(0.5))])
+                }
+            }
+            Self::MrHead => Scale::through([(0.0, values.dark(0.5)), (1.0, values.bright(0.5))]),
+            Self::MrAngiography => Scale::through([(0.0, values.bright(0.5)), (1.0, values.bright(0.995))]),
+        }
+    }
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("unknown preset `{name}`: expected one of {names}")
+        })
+    }
+}
+
+/// Value in the preset's own scale, colour and opacity.
+type Point = (f64, [f32; 3], f32);
+
+/// Units of opacity in the volume's diagonal.
+const UNITS_IN_DIAGONAL: f64 = 350.0;
+
+const AIR_HU: f64 = -1000.0;
+const TISSUE_HU: f64 = 40.0;
+
+const SKIN: [f32; 3] = [0.88, 0.67, 0.55];
+const FAT: [f32; 3] = [0.93, 0.80, 0.56];
+const FLESH: [f32; 3] = [0.72, 0.34, 0.28];
+const SPONGY_BONE: [f32; 3] = [0.80, 0.64, 0.46];
+const BONE: [f32; 3] = [0.95, 0.91, 0.81];
+const ENAMEL: [f32; 3] = [1.0, 0.99, 0.96];
+const BLOOD: [f32; 3] = [0.82, 0.08, 0.06];
+
+const CT_BONE: &[Point] =
+    &[(170.0, SPONGY_BONE, 0.0), (330.0, SPONGY_BONE, 0.6), (650.0, BONE, 0.95), (1500.0, ENAMEL, 1.0)];
+
+const CT_SOFT_TISSUE: &[Point] = &[
+    (-600.0, SKIN, 0.0),
+    (-250.0, SKIN, 0.05),
+    (-120.0, FAT, 0.02),
+    (-20.0, FLESH, 0.04),
+    (80.0, FLESH, 0.08),
+    (200.0, SPONGY_BONE, 0.2),
+    (450.0, BONE, 0.9),
+    (1500.0, ENAMEL, 1.0),
+];
+
+const CT_VESSELS: &[Point] = &[
+    (130.0, BLOOD, 0.0),
+    (220.0, BLOOD, 0.7),
+    (380.0, BLOOD, 0.9),
+    (480.0, BONE, 0.15),
+    (1000.0, BONE, 0.5),
+    (2000.0, ENAMEL, 0.8),
+];
+
+const CT_LUNG: &[Point] = &[
+    (-1000.0, SKIN, 0.0),
+    (-930.0, SKIN, 0.0),
+    (-800.0, SKIN, 0.05),
+    (-500.0, FLESH, 0.3),
+    (-250.0, FLESH, 0.0),
+    (300.0, BONE, 0.0),
+    (1000.0, BONE, 0.1),
+];
+
+/// In medians: 0 is that of what is dark, 1 that of what is bright.
+const MR_HEAD: &[Point] = &[
+    (0.25, FLESH, 0.0),
+    (0.5, FLESH, 0.6),
+    (0.8, [0.78, 0.60, 0.55], 0.9),
+    (1.0, [0.82, 0.68, 0.60], 0.95),
+    (1.3, [0.95, 0.90, 0.83], 0.95),
+    (1.8, FAT, 0.95),
+    (2.4, FAT, 1.0),
+];
+
+/// 0 is the median of what is bright, 1 its 99.5th percentile.
+const MR_ANGIOGRAPHY: &[Point] =
+    &[(0.0, FLESH, 0.0), (0.5, FLESH, 0.01), (0.8, BLOOD, 0.5), (1.0, BLOOD, 0.95), (1.3, BLOOD, 1.0)];
+
+/// A linear scale: where it has zero, and how long its unit is, in the file's units.
+struct Scale {
+    zero: f64,
+    unit: f64,
+}
+
+impl Scale {
+    /// The scale that has two values at two places; of one place, as long a unit as the file's.
+    fn through([(low, at_low), (high, at_high)]: [(f64, f64); 2]) -> Self {
+        let unit = (at_high - at_low) / (high - low);
+        let unit = if unit > 0.0 { unit } else { 1.0 };
+        Self { zero: at_low - low * unit, unit }
+    }
+
+    fn at(&self, value: f64) -> f32 {
+        (self.zero + self.unit * value).clamp(f32::MIN.into(), f32::MAX.into()) as f32
+    }
+}

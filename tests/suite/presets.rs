@@ -1,0 +1,104 @@
+//! Presets of transfer functions: named, valid for any volume, and fitted to its values and size.
+
+use bevy::math::{DAffine3, DVec3, UVec3};
+use bevy_contextual_ao::volume::{Intensities, Preset, Rescale, Volume};
+
+/// A row of voxels: mostly air, then as many of tissue as of the rest.
+fn volume(values: &[u16], rescale: Rescale, spacing_mm: f64) -> Volume {
+    let size = UVec3::new(values.len() as u32, 1, 1);
+    let grid = DAffine3::from_scale(DVec3::splat(spacing_mm));
+    Volume::new(size, grid, Intensities::U16(values.to_vec()), rescale).unwrap()
+}
+
+/// Stored values of a CT: air at 24, tissue at 1064, bone at 2024.
+fn ct(rescale: Rescale) -> Volume {
+    let values: Vec<u16> = [24; 60].into_iter().chain([1064; 35]).chain([2024; 5]).collect();
+    volume(&values, rescale, 1.0)
+}
+
+const HOUNSFIELD: Rescale = Rescale { slope: 1.0, intercept: -1024.0 };
+
+#[test]
+fn presets_are_found_by_name() {
+    for preset in Preset::ALL {
+        assert_eq!(preset.name().parse(), Ok(preset));
+    }
+    let error = "ct_bones".parse::<Preset>().unwrap_err();
+    assert!(error.contains("`ct_bones`") && error.contains("ct_lung, mr_head"), "{error}");
+}
+
+#[test]
+fn every_preset_is_valid_for_every_volume() {
+    let rescales = [(1.0, 0.0), (-1.0, 0.0), (-2.0, 1e30), (1e-30, 0.0), (1e300, 0.0)]
+        .map(|(slope, intercept)| Rescale { slope, intercept });
+    for values in [&[0][..], &[7; 20], &[0, 65535], &[0, 0, 1, 2, 3, 65535]] {
+        for rescale in rescales {
+            for spacing in [1e-30, 1.0, 1e30] {
+                let volume = volume(values, rescale, spacing);
+                for preset in Preset::ALL {
+                    let function = preset.transfer_function(&volume);
+                    assert!(function.validate().is_ok(), "{preset} {values:?} {rescale:?}: {function:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn ct_presets_show_what_they_say() {
+    let volume = ct(HOUNSFIELD);
+    // Air, lung, fat, muscle, contrast agent, hard bone, HU.
+    let tissues = [-1000.0, -750.0, -90.0, 50.0, 300.0, 1200.0];
+    for (preset, shown) in [
+        (Preset::CtBone, [false, false, false, false, true, true]),
+        (Preset::CtSoftTissue, [false, false, true, true, true, true]),
+        (Preset::CtVessels, [false, false, false, false, true, true]),
+        (Preset::CtLung, [false, true, false, false, false, true]),
+    ] {
+        let function = preset.transfer_function(&volume);
+        assert_eq!(tissues.map(|value| function.sample(value)[3] > 0.0), shown, "{preset}");
+    }
+    let vessels = Preset::CtVessels.transfer_function(&volume);
+    let [contrast, bone] = [300.0, 1200.0].map(|value| vessels.sample(value));
+    assert!(contrast[3] > bone[3] && contrast[1] < 0.2 && bone[1] > 0.8, "{contrast:?} {bone:?}");
+}
+
+#[test]
+fn ct_without_negative_values_is_calibrated_by_its_air_and_tissue() {
+    let in_hounsfield = Preset::CtBone.transfer_function(&ct(HOUNSFIELD));
+    assert_eq!(in_hounsfield.points[0].value, 170.0);
+    // As stored; and squeezed, as in eight bits.
+    for (slope, intercept) in [(1.0, 0.0), (0.1, 5.0)] {
+        let raw = Preset::CtBone.transfer_function(&ct(Rescale { slope, intercept }));
+        for (raw, point) in raw.points.iter().zip(&in_hounsfield.points) {
+            let expected = slope as f32 * (point.value + 1024.0) + intercept as f32;
+            // Rounded once in single precision, of values up to 2524.
+            assert!((raw.value - expected).abs() < 1e-3, "{} is not {expected}", raw.value);
+        }
+    }
+}
+
+#[test]
+fn mr_presets_follow_the_intensities() {
+    let values: Vec<u16> = [2; 50].into_iter().chain((0..=400).map(|k| 100 + k)).collect();
+    for preset in [Preset::MrHead, Preset::MrAngiography] {
+        let [one, three] = [1.0, 3.0]
+            .map(|slope| preset.transfer_function(&volume(&values, Rescale { slope, intercept: 0.0 }, 1.0)));
+        for (one, three) in one.points.iter().zip(&three.points) {
+            assert!((3.0 * one.value - three.value).abs() <= 1e-6 * three.value.abs());
+        }
+    }
+    let angiography = Preset::MrAngiography.transfer_function(&volume(&values, Rescale::default(), 1.0));
+    // The median of what is bright, and next to its brightest.
+    assert_eq!(angiography.sample(300.0)[3], 0.0);
+    assert!(angiography.sample(499.0)[3] > 0.9);
+}
+
+#[test]
+fn opacity_follows_the_size_of_the_volume() {
+    let unit = |spacing_mm| {
+        Preset::CtBone.transfer_function(&volume(&[0; 350], HOUNSFIELD, spacing_mm)).opacity_unit_distance_mm
+    };
+    // 350 voxels in a row, whose diagonal is hardly longer.
+    assert!((unit(1.0) - 1.0).abs() < 1e-5 && (unit(0.004) - 0.004).abs() < 1e-7);
+}

@@ -1,0 +1,317 @@
+//! The window's parts that need no window: files that are dropped, views that follow the size of the volume,
+//! digits and pictures.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::Viewport,
+    math::DVec3,
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    window::FileDragAndDrop,
+};
+use bevy_contextual_ao::prelude::*;
+use bevy_panorbit_camera::PanOrbitCamera;
+use std::path::{Path, PathBuf};
+
+use crate::{
+    common::headless::Headless,
+    scene::{folded_volume, is_empty},
+};
+
+/// The modules of the window, as its own main file has them.
+#[allow(dead_code, reason = "some of it is for the window")]
+#[path = "../../examples/carve"]
+mod carve {
+    use bevy::prelude::*;
+    use std::path::PathBuf;
+
+    pub mod content;
+    pub mod digits;
+    pub mod dropping;
+    pub mod loading;
+    pub mod picture;
+    pub mod view;
+    pub use crate::common::framing;
+
+    /// What of the command line the modules read.
+    #[derive(Resource, Default)]
+    pub struct Arguments {
+        pub file: Option<PathBuf>,
+        pub transfer_function: Option<PathBuf>,
+        pub preset: Option<bevy_contextual_ao::prelude::Preset>,
+    }
+}
+
+use carve::{
+    Arguments,
+    digits::{decimals, significant},
+    dropping::{CannotOpen, DroppingPlugin, FileKind, OpenFile},
+    loading::{FunctionSource, LoadingPlugin, Shown},
+    picture::save_numbered,
+    view,
+};
+
+/// A folder of a test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).expect("the temporary folder can be made");
+    path
+}
+
+/// Writes a volume of so many voxels along each side.
+fn write_volume(path: &Path, voxels: usize) {
+    let header = format!(
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: {voxels} {voxels} {voxels}\nspacings: 1 1 1\n\
+         encoding: raw\n\n"
+    );
+    let values = (0..voxels.pow(3)).map(|k| (k % 251) as u8);
+    std::fs::write(path, header.into_bytes().into_iter().chain(values).collect::<Vec<_>>()).expect("write");
+}
+
+#[test]
+fn a_view_follows_the_size_of_its_volume() {
+    // A head, 1.6 x 2.1 x 0.8 mm of micro-CT, and 3.4 m.
+    let images = [5.0, 0.04, 80.0].map(|spacing_mm| {
+        let size = UVec2::splat(64);
+        let mut headless = Headless::new(size, |app| {
+            app.add_observer(view::show_all);
+        });
+        let camera = headless.camera();
+        let world = headless.app.world_mut();
+        let camera = world.spawn((camera, PanOrbitCamera::default())).id();
+        let volume = folded_volume(UVec3::new(40, 52, 20), DVec3::splat(spacing_mm));
+        let volume = world.resource_mut::<Assets<Volume>>().add(volume);
+        let mut function = TransferFunction::ramp(100.0, 160.0, 1.0, [0.9, 0.8, 0.7]).expect("a valid ramp");
+        function.opacity_unit_distance_mm = spacing_mm as f32;
+        let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
+        let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
+        bundle.shading.mode = ShadingMode::Phong;
+        let volume = world.spawn(bundle).id();
+        headless.until_ready(volume).expect("the volume can be shown");
+        let orbit = headless.app.world().get::<PanOrbitCamera>(camera).expect("the camera").clone();
+        let view = |distance: f32| {
+            let place = orbit.target_focus + distance * Vec3::new(0.4, 0.3, 1.0).normalize();
+            Transform::from_translation(place).looking_at(orbit.target_focus, Vec3::Y)
+        };
+        let from = [orbit.target_radius, orbit.zoom_lower_limit, orbit.zoom_upper_limit.unwrap_or_default()];
+        from.map(|distance| {
+            headless.app.world_mut().entity_mut(camera).insert(view(distance));
+            headless.frame();
+            headless.image()
+        })
+    });
+    for (of_size, image) in images.iter().flatten().enumerate() {
+        assert!(!is_empty(image), "view {} of volume {} is empty", of_size % 3, of_size / 3);
+    }
+    for other in &images[1..] {
+        for (other, image) in other.iter().zip(&images[0]) {
+            let pairs = other.iter().zip(image);
+            let different = pairs.filter(|(a, b)| a.abs_diff(**b) > 2).count();
+            // Lengths are rounded, which may move the outline by a pixel here and there: one in a hundred.
+            assert!(different * 100 < image.len(), "{different} of {} bytes differ", image.len());
+        }
+    }
+}
+
+#[test]
+fn files_are_told_apart_by_their_names() {
+    for (name, kind) in [
+        ("head.nii", FileKind::Volume),
+        ("a.b/HEAD.NII.GZ", FileKind::Volume),
+        ("x.hdr", FileKind::Volume),
+        ("x.nhdr", FileKind::Volume),
+        ("x.mha", FileKind::Volume),
+        ("Bone.VP", FileKind::TransferFunction),
+        ("x.tf.ron", FileKind::TransferFunction),
+    ] {
+        assert_eq!(FileKind::of(Path::new(name)), Ok(kind), "{name}");
+    }
+    for name in ["notes.txt", "x.ron", "nii", "", "x.vp.bak"] {
+        let reason = FileKind::of(Path::new(name)).expect_err(name);
+        assert!(reason.starts_with(name) && reason.contains(".nrrd"), "{reason}");
+    }
+}
+
+/// The window's app without a window, showing a volume of 8 voxels along each side.
+struct Window {
+    headless: Headless,
+    folder: PathBuf,
+}
+
+impl Window {
+    fn new(name: &str, preset: Option<Preset>) -> Self {
+        let folder = folder(name);
+        write_volume(&folder.join("first.nrrd"), 8);
+        let arguments = Arguments { file: Some(folder.join("first.nrrd")), preset, ..default() };
+        let headless = Headless::new(UVec2::splat(16), |app| {
+            app.insert_resource(arguments).add_plugins((LoadingPlugin, DroppingPlugin));
+        });
+        let mut window = Self { headless, folder };
+        window.until(|window| window.shown().content.is_some());
+        window
+    }
+
+    fn shown(&self) -> &Shown {
+        self.headless.app.world().resource()
+    }
+
+    fn until(&mut self, holds: impl Fn(&Self) -> bool) {
+        for _ in 0..2000 {
+            if holds(self) {
+                return;
+            }
+            self.headless.frame();
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        let Shown { name, errors, .. } = self.shown();
+        panic!("it never came to hold; shown is {name}, errors are {errors:?}");
+    }
+
+    fn drop_file(&mut self, name: &str) {
+        let path_buf = self.folder.join(name);
+        let world = self.headless.app.world_mut();
+        world.write_message(FileDragAndDrop::DroppedFile { window: Entity::PLACEHOLDER, path_buf });
+        self.headless.frame();
+    }
+
+    /// Voxels along the x axis of what is shown, and the points of its transfer function.
+    fn content(&mut self) -> (u32, TransferFunction) {
+        let world = self.headless.app.world_mut();
+        let mut entities = world.query::<(&Volume3d, &VolumeTransferFunction)>();
+        let (volume, function) = entities.single(world).expect("one volume");
+        let volume = world.resource::<Assets<Volume>>().get(&volume.0).expect("it has been read");
+        let functions = world.resource::<Assets<TransferFunction>>();
+        (volume.dimensions().x, functions.get(&function.0).expect("it has been read").clone())
+    }
+}
+
+#[test]
+fn a_dropped_volume_is_shown_once_it_is_read() {
+    let mut window = Window::new("dropped_volume", Some(Preset::MrHead));
+    write_volume(&window.folder.join("second.nrrd"), 12);
+    let (size, first) = window.content();
+    assert_eq!(size, 8);
+    window.drop_file("second.nrrd");
+    window.until(|window| window.shown().name == "second.nrrd");
+    window.headless.frames(2);
+    let (size, second) = window.content();
+    assert_eq!(size, 12);
+    assert!(
+        window.shown().content.as_ref().is_some_and(|content| content.summary.starts_with("12 x 12 x 12"))
+    );
+    // The preset is made anew: its unit follows the size.
+    assert!(second.opacity_unit_distance_mm > 1.4 * first.opacity_unit_distance_mm);
+}
+
+#[test]
+fn a_dropped_transfer_function_stays_when_a_volume_follows() {
+    let mut window = Window::new("dropped_function", None);
+    let guessed = window.content().1;
+    let ramp = TransferFunction::ramp(3.0, 5.0, 0.5, [1.0; 3]).expect("a valid ramp");
+    std::fs::write(window.folder.join("ramp.tf.ron"), ramp.to_ron().expect("it can be written"))
+        .expect("write");
+    write_volume(&window.folder.join("second.nrrd"), 12);
+    assert!(guessed != ramp);
+    window.drop_file("ramp.tf.ron");
+    window.until(|window| window.shown().function == FunctionSource::File);
+    assert_eq!(window.content(), (8, ramp.clone()));
+    window.drop_file("second.nrrd");
+    window.until(|window| window.shown().name == "second.nrrd");
+    window.headless.frames(2);
+    assert_eq!(window.content(), (12, ramp));
+}
+
+#[test]
+fn a_dropped_file_that_cannot_be_shown_changes_nothing() {
+    let mut window = Window::new("dropped_nonsense", None);
+    std::fs::write(window.folder.join("broken.nrrd"), "NRRD0004\ntype: unsigned char\n\n").expect("write");
+    std::fs::write(window.folder.join("broken.vp"), "not numbers").expect("write");
+    write_volume(&window.folder.join("large.nrrd"), 40);
+    window.headless.app.insert_resource(VolumeBudget { most_bytes: 100_000, halves: false });
+    let before = window.content();
+    for (name, words) in [
+        ("notes.txt", "neither a volume"),
+        ("absent.nii", "absent.nii"),
+        ("broken.nrrd", "broken.nrrd"),
+        ("broken.vp", "broken.vp"),
+        ("large.nrrd", "VolumeBudget"),
+    ] {
+        window.drop_file(name);
+        window.until(|window| window.shown().errors.len() == 1);
+        assert!(window.shown().errors[0].contains(words), "{:?}", window.shown().errors);
+        window.until(|window| window.shown().name == "first.nrrd");
+        window.headless.frames(2);
+        assert_eq!(window.content(), before, "{name}");
+        let summary = window.shown().content.as_ref().map(|content| content.summary.clone());
+        assert_eq!(summary.as_deref(), Some("8 x 8 x 8 voxels of 1 x 1 x 1 mm"), "{name}");
+    }
+}
+
+#[test]
+fn values_show_as_many_digits_as_their_range_asks_for() {
+    for (value, text) in [
+        (0.0004, "0.0004"),
+        (0.9375, "0.938"),
+        (1.0, "1"),
+        (2.5, "2.5"),
+        (512.3, "512"),
+        (1234567.0, "1234567"),
+        (0.0, "0"),
+        (1.5e-9, "0.0000000015"),
+    ] {
+        assert_eq!(significant(value), text);
+    }
+    // Two values a thousandth of the range apart read differently.
+    for (width, least) in [(0.004, 0.001), (1.0, 0.5), (255.0, 17.0), (4095.0, -1000.0), (2e-9, 1e-9)] {
+        let text = |value: f32| format!("{value:.*}", decimals(width));
+        assert_ne!(text(least), text(least + width / 1000.0), "{width}");
+    }
+    assert_eq!(decimals(4095.0), 0);
+    assert!(decimals(0.0) < 10 && decimals(f32::NAN) < 10 && decimals(f32::INFINITY) < 10);
+}
+
+#[test]
+fn pictures_never_overwrite_and_leave_the_panel_out() {
+    let folder = folder("pictures");
+    // Red where the panel is, else green; transparent, which must not matter.
+    let pixels: Vec<u8> =
+        (0..12 * 5).flat_map(|k| if k % 12 < 4 { [255, 0, 0, 0] } else { [0, 255, 0, 0] }).collect();
+    let size = Extent3d { width: 12, height: 5, depth_or_array_layers: 1 };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    let image = Image::new(size, TextureDimension::D2, pixels, format, RenderAssetUsages::MAIN_WORLD);
+    let viewport =
+        Viewport { physical_position: UVec2::new(4, 0), physical_size: UVec2::new(8, 5), ..default() };
+    std::fs::write(folder.join("carved-002.png"), "precious").expect("write");
+    let names = [(); 2].map(|()| save_numbered(&image, Some(&viewport), &folder));
+    assert_eq!(names, ["carved-001.png", "carved-003.png"].map(|name| Ok(name.to_owned())));
+    assert_eq!(std::fs::read(folder.join("carved-002.png")).expect("read"), b"precious");
+    let picture = image::open(folder.join("carved-001.png")).expect("a picture").to_rgba8();
+    assert_eq!(picture.dimensions(), (8, 5));
+    assert!(picture.pixels().all(|pixel| pixel.0 == [0, 255, 0, 255]));
+    let nowhere = save_numbered(&image, None, &folder.join("nowhere")).expect_err("no such folder");
+    assert!(nowhere.contains("nowhere") && nowhere.contains("carved-001.png"), "{nowhere}");
+}
+
+#[test]
+fn drops_ask_for_files_or_tell_why_not() {
+    #[derive(Resource, Default)]
+    struct Asked(Vec<Result<OpenFile, CannotOpen>>);
+    let mut app = App::new();
+    app.add_message::<FileDragAndDrop>()
+        .init_resource::<Asked>()
+        .add_plugins(DroppingPlugin)
+        .add_observer(|open: On<OpenFile>, mut asked: ResMut<Asked>| asked.0.push(Ok(open.clone())))
+        .add_observer(|cannot: On<CannotOpen>, mut asked: ResMut<Asked>| asked.0.push(Err(cannot.clone())));
+    let window = Entity::PLACEHOLDER;
+    for name in ["a.nii", "b.vp", "c.txt"] {
+        let path_buf = PathBuf::from(name);
+        app.world_mut().write_message(FileDragAndDrop::HoveredFile { window, path_buf: path_buf.clone() });
+        app.world_mut().write_message(FileDragAndDrop::DroppedFile { window, path_buf });
+    }
+    app.update();
+    let asked = &app.world().resource::<Asked>().0;
+    let open = |path: &str, kind| Ok(OpenFile { path: path.into(), kind });
+    assert_eq!(asked[..2], [open("a.nii", FileKind::Volume), open("b.vp", FileKind::TransferFunction)]);
+    assert!(asked.len() == 3 && asked[2].is_err(), "{asked:?}");
+}
