@@ -19,7 +19,7 @@ use bevy::{
             TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
-        settings::{Backends, WgpuSettings},
+        settings::WgpuSettings,
         texture::GpuImage,
     },
     shader::ShaderCacheError,
@@ -37,6 +37,8 @@ use std::{
     path::PathBuf,
     time::{Duration, Instant},
 };
+
+use super::device;
 
 /// The folder of this project: where Cargo runs it, which need not be where it was built.
 pub fn project_folder() -> PathBuf {
@@ -61,13 +63,7 @@ struct Failures(Vec<String>);
 impl Headless {
     /// An app with the plugin and an image of `size` pixels to render into. `setup` may add more.
     pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
-        Self::with_settings(size, Self::render_settings(), setup)
-    }
-
-    /// How the renderer is set up.
-    pub fn render_settings() -> WgpuSettings {
-        // Compute needs no OpenGL, which complains where there is no window system.
-        WgpuSettings { backends: Some(Backends::PRIMARY), ..default() }
+        Self::with_settings(size, device::settings(), setup)
     }
 
     /// The same, on a device with these settings.
@@ -89,8 +85,10 @@ impl Headless {
             // Frame by frame: what is changed before a frame is seen in that frame's image.
             .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
             .disable::<bevy::log::LogPlugin>();
-        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()))
-            .init_resource::<Failures>()
+        let alone = device::alone();
+        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()));
+        drop(alone);
+        app.init_resource::<Failures>()
             .init_resource::<RenderErrors>()
             .insert_resource(RenderErrorHandler(|error, main_world, _| {
                 main_world.resource_mut::<RenderErrors>().0.push(format!("{error:?}"));
@@ -337,6 +335,14 @@ impl Headless {
         system: impl IntoSystem<(), (), M> + 'static,
     ) {
         self.app.sub_app_mut(RenderApp).add_systems(schedule, system);
+    }
+}
+
+impl Drop for Headless {
+    fn drop(&mut self) {
+        // The device goes with the app.
+        let _alone = device::alone();
+        self.app = App::empty();
     }
 }
 

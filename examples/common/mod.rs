@@ -6,6 +6,7 @@
 
 pub mod carver;
 pub mod chart;
+pub mod device;
 pub mod font;
 pub mod headless;
 pub mod inside;

@@ -6,7 +6,7 @@
 #[path = "../../examples/common/mod.rs"]
 mod common;
 
-use common::{headless, small_scene as scene};
+use common::{device, headless, small_scene as scene};
 
 mod assets;
 mod awkward;
@@ -19,9 +19,11 @@ mod direct;
 mod drawing;
 mod exact;
 mod faults;
+mod features;
 mod filtering;
 mod independence;
 mod isosurface;
+mod languages;
 mod lifecycle;
 mod methods;
 mod oracle;
