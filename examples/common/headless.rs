@@ -21,7 +21,7 @@ use bevy::{
             TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
-        settings::{Backends, WgpuSettings},
+        settings::WgpuSettings,
         texture::GpuImage,
     },
     window::ExitCondition,
@@ -39,6 +39,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use super::device;
 use waiting::PATIENCE;
 
 /// The folder of this project: where Cargo runs it, which need not be where it was built.
@@ -66,22 +67,30 @@ struct Failures(Vec<String>);
 impl Headless {
     /// An app with the plugin and an image of `size` pixels to render into. `setup` may add more.
     pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
-        Self::with_settings(size, Self::render_settings(), setup)
-    }
-
-    /// How the renderer is set up.
-    pub fn render_settings() -> WgpuSettings {
-        // Compute needs no OpenGL, which complains where there is no window system.
-        WgpuSettings { backends: Some(Backends::PRIMARY), ..default() }
+        Self::with_settings(size, device::settings(), setup)
     }
 
     /// The same, on a device with these settings.
     pub fn with_settings(size: UVec2, settings: WgpuSettings, setup: impl FnOnce(&mut App)) -> Self {
+        Self::with_renderer(size, settings, true, setup)
+    }
+
+    /// The same, as apps with a window are: frames are drawn while shaders are being compiled.
+    pub fn compiling_in_background(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
+        Self::with_renderer(size, device::settings(), false, setup)
+    }
+
+    fn with_renderer(
+        size: UVec2,
+        settings: WgpuSettings,
+        synchronous_pipeline_compilation: bool,
+        setup: impl FnOnce(&mut App),
+    ) -> Self {
         let mut app = App::new();
         let plugins = DefaultPlugins
             .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
             .set(RenderPlugin {
-                synchronous_pipeline_compilation: true,
+                synchronous_pipeline_compilation,
                 render_creation: settings.into(),
                 ..default()
             })
@@ -94,8 +103,10 @@ impl Headless {
             // Frame by frame: what is changed before a frame is seen in that frame's image.
             .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
             .disable::<bevy::log::LogPlugin>();
-        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()))
-            .init_resource::<Failures>()
+        let alone = device::alone();
+        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()));
+        drop(alone);
+        app.init_resource::<Failures>()
             .init_resource::<RenderErrors>()
             .insert_resource(RenderErrorHandler(|error, main_world, _| {
                 main_world.resource_mut::<RenderErrors>().0.push(format!("{error:?}"));
@@ -281,6 +292,14 @@ impl Headless {
         system: impl IntoSystem<(), (), M> + 'static,
     ) {
         self.app.sub_app_mut(RenderApp).add_systems(schedule, system);
+    }
+}
+
+impl Drop for Headless {
+    fn drop(&mut self) {
+        // The device goes with the app.
+        let _alone = device::alone();
+        self.app = App::empty();
     }
 }
 

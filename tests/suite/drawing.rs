@@ -62,6 +62,36 @@ fn opaque_meshes_hide_and_are_hidden() {
 }
 
 #[test]
+fn a_lit_mesh_is_drawn_beside_the_volume() {
+    let mut scene = scene(opaque_ramp());
+    scene.settle();
+    let alone = scene.headless.image();
+    let camera = camera(&mut scene);
+    let view = *scene.world().get::<Transform>(camera).expect("a place");
+    let world = scene.world();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.002));
+    // On devices with binding arrays Bevy puts materials, and their textures, in such.
+    let white = world.resource_mut::<Assets<Image>>().add(Image::default());
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
+        base_color: Color::srgb(1.0, 0.0, 0.0),
+        base_color_texture: Some(white),
+        ..default()
+    });
+    // In a corner of the image.
+    let place = Transform::from_translation(view.transform_point(Vec3::new(0.016, 0.016, -0.05)));
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place));
+    world.spawn((DirectionalLight::default(), view));
+    let is_reddish = |pixel: &[u8]| pixel[0] > 60 && pixel[0] / 3 > pixel[1];
+    let is_drawn = |headless: &Headless| pixels(&headless.image(), is_reddish) > 20;
+    assert!(scene.headless.frames_until(is_drawn), "the mesh is not drawn");
+    let image = scene.headless.image();
+    let different = alone.chunks(4).zip(image.chunks(4)).filter(|(before, now)| before != now);
+    let not_red = different.filter(|(_, now)| !is_reddish(now)).count();
+    // Outlines may be dark.
+    assert!(not_red < 10, "{not_red} pixels changed beside the mesh");
+}
+
+#[test]
 fn the_camera_may_be_inside() {
     let hollow = volume_from(UVec3::splat(24), DVec3::ONE, |p| (p.length() - 0.6) * 6.0);
     let mut scene = TestScene::new(hollow, opaque_ramp(), few_rays(), ShadingMode::Cao);

@@ -7,7 +7,6 @@ use bevy::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_resource::{PollType, WgpuLimits},
         renderer::RenderDevice,
-        settings::WgpuSettings,
     },
 };
 use bevy_contextual_ao::{
@@ -18,6 +17,7 @@ use bevy_contextual_ao::{
 use std::time::Duration;
 
 use crate::{
+    device,
     headless::Headless,
     scene::{IMAGE, TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
 };
@@ -114,8 +114,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
 fn a_device_that_lacks_something_draws_the_rest() {
     // Bevy itself draws without storage textures; step IV writes one.
     let limits = WgpuLimits { max_storage_textures_per_shader_stage: 0, ..WgpuLimits::default() };
-    let settings = WgpuSettings { constrained_limits: Some(limits), ..default() };
-    let mut headless = Headless::with_settings(IMAGE, settings, |_| {});
+    let mut headless = Headless::with_settings(IMAGE, device::limited(limits), |_| {});
     let camera = headless.camera();
     let world = headless.app.world_mut();
     world.spawn((camera, Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y)));
@@ -141,10 +140,9 @@ fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
     let (size, most_bytes) = (UVec3::new(48, 40, 36), 1 << 18);
     assert!(u64::from(4 * size.element_product()) > most_bytes);
     let limits = WgpuLimits { max_storage_buffer_binding_size: most_bytes, ..WgpuLimits::default() };
-    let settings = WgpuSettings { constrained_limits: Some(limits), ..default() };
     let image = |occlusion: AmbientOcclusion, mode| {
         let volume = folded_volume(size, DVec3::ONE);
-        let headless = Headless::with_settings(IMAGE, settings.clone(), |_| {});
+        let headless = Headless::with_settings(IMAGE, device::limited(limits.clone()), |_| {});
         let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), occlusion, mode);
         scene.headless.frames_until(|headless| !is_empty(&headless.image()));
         scene.headless.image()
@@ -171,14 +169,15 @@ fn a_volume_comes_back_after_the_device_is_lost() {
     let (image, occlusion) = (scene.headless.image(), scene.occlusion());
     assert!(!is_empty(&image));
     let world = scene.world();
-    world.insert_resource(RenderErrorHandler(|_, _, _| {
-        RenderErrorPolicy::Recover(Headless::render_settings().into())
-    }));
+    world
+        .insert_resource(RenderErrorHandler(|_, _, _| RenderErrorPolicy::Recover(device::settings().into())));
     let device = world.resource::<RenderDevice>().clone();
     device.wgpu_device().destroy();
     // Between two frames: Bevy itself panics where the device goes away in the middle of one.
     let _ = device.poll(PollType::wait_indefinitely());
+    let alone = device::alone();
     scene.headless.frames(20);
+    drop(alone);
     assert!(scene.headless.image() == image, "the image is not as it was");
     assert_eq!(count_different(&scene.occlusion(), &occlusion), 0, "the occlusion is not as it was");
     // And it can be carved.

@@ -6,7 +6,7 @@
 #[path = "../../examples/common/mod.rs"]
 mod common;
 
-use common::{headless, small_scene as scene};
+use common::{device, headless, small_scene as scene};
 
 mod assets;
 mod awkward;
@@ -23,12 +23,14 @@ mod direct;
 mod drawing;
 mod exact;
 mod faults;
+mod features;
 mod field;
 mod filtering;
 mod geometry_term;
 mod independence;
 mod integral;
 mod isosurface;
+mod languages;
 mod length_units;
 mod lifecycle;
 mod many_carvers;

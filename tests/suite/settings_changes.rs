@@ -3,12 +3,14 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    occlusion::{GeometryTerm, OpacityModulation},
+    material::VolumeMaterial,
+    occlusion::{GeometryTerm, OpacityModulation, SweepingSurface},
     prelude::*,
 };
+use std::time::{Duration, Instant};
 
-use crate::common::headless::different_pixels;
-use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
+use crate::common::headless::{Headless, different_pixels};
+use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 
@@ -63,6 +65,43 @@ fn no_change_of_settings_shows_an_empty_frame() {
             assert!(!is_empty(image), "{name}: frame {frame} is empty");
             assert_eq!(different_pixels(image, &images[2]), 0, "{name}: frame {frame} is not final");
         }
+    }
+}
+
+#[test]
+fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
+    let volume = || folded_volume(SIZE, DVec3::ONE);
+    let surface = SweepingSurface::Isosurface(130.0);
+    let sweeping = OcclusionSweeping { surface, geometry_term: GeometryTerm::Cosine, ..default() };
+    let filtering = OcclusionFiltering { modulation: OpacityModulation::Variance(0.05), ..default() };
+    let settings =
+        [by(OcclusionMethod::Sweeping(sweeping)), by(OcclusionMethod::Filtering(filtering)), few_rays()];
+    let headless = Headless::compiling_in_background(IMAGE, |_| {});
+    let mut scene = TestScene::in_app(headless, volume(), opaque_ramp(), few_rays(), ShadingMode::Cao);
+    assert!(scene.headless.frames_until(|headless| !is_empty(&headless.image())));
+    scene.settle();
+    for occlusion in settings {
+        let mut expected = TestScene::new(volume(), opaque_ramp(), occlusion.clone(), ShadingMode::Cao);
+        expected.settle();
+        let expected = expected.headless.image();
+        let volume = scene.volume;
+        let name = occlusion.method.name();
+        scene.world().entity_mut(volume).insert(occlusion);
+        let begin = Instant::now();
+        loop {
+            scene.headless.frame();
+            let image = scene.headless.image();
+            assert!(!is_empty(&image), "{name}: an empty frame after {:?}", begin.elapsed());
+            if image == expected {
+                break;
+            }
+            assert!(begin.elapsed() < Duration::from_secs(60), "{name}: never as it is to be");
+        }
+        // What was made for the time in between is gone.
+        scene.headless.frames(2);
+        let world = scene.world();
+        let mut boxes = world.query::<&MeshMaterial3d<VolumeMaterial>>();
+        assert_eq!(boxes.iter(world).count(), 1);
     }
 }
 

@@ -1,13 +1,13 @@
-//! Every variant of every compute shader composes and validates, without a device: those too that
-//! the device at hand would not use. The material's variants are drawn in `drawing`, and those of
-//! `direct/composite.wgsl`, which imports Bevy's shaders, in `direct`.
+//! Every variant of every compute shader composes, validates, and is written for other devices, without a
+//! device: those too that the device at hand would not use. The material's variants are drawn in `drawing`,
+//! and those of `direct/composite.wgsl`, which imports Bevy's shaders, in `direct`; `languages` writes them.
 
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage, ShaderType,
 };
 use std::{collections::HashMap, path::Path};
 
-use crate::headless::project_folder;
+use crate::{headless::project_folder, languages};
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
@@ -109,7 +109,7 @@ fn shaders_in(folder: &Path, path: &str, found: &mut Vec<String>) {
 }
 
 #[test]
-fn every_variant_composes_and_validates() {
+fn every_variant_composes_validates_and_is_written_for_other_devices() {
     let mut shaders = Vec::new();
     shaders_in(&project_folder().join("src/render"), "", &mut shaders);
     shaders.sort_unstable();
@@ -126,7 +126,9 @@ fn every_variant_composes_and_validates() {
             definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
             for axis in 0..if has_axis(entry.0) { 3 } else { 1 } {
                 definitions.insert("AXIS".into(), ShaderDefValue::UInt(axis));
-                if let Err(error) = compose(entry, definitions.clone()) {
+                let written =
+                    compose(entry, definitions.clone()).and_then(|module| languages::write(&module));
+                if let Err(error) = written {
                     panic!("{} with {definitions:?}: {error}", entry.0);
                 }
             }
@@ -138,7 +140,7 @@ fn every_variant_composes_and_validates() {
 fn compose(
     (file_path, source): (&str, &str),
     shader_defs: HashMap<String, ShaderDefValue>,
-) -> Result<(), String> {
+) -> Result<naga::Module, String> {
     let mut composer = Composer::default();
     for (file_path, source) in LIBRARIES {
         let module = ComposableModuleDescriptor {
@@ -159,6 +161,5 @@ fn compose(
             shader_defs,
             ..Default::default()
         })
-        .map(|_| ())
         .map_err(|error| error.emit_to_string(&composer))
 }

@@ -1,0 +1,104 @@
+//! Cargo gives a package one set of features in a build, so that a dev-dependency can change what is tested
+//! from what users get.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    process::Command,
+};
+
+use crate::headless::project_folder;
+
+/// Features by package.
+type Features = BTreeMap<String, BTreeSet<String>>;
+
+/// What tests and examples have beyond what users get, and why it does no harm.
+const ALLOWED: &[(&str, &[(&str, &str)])] = &[
+    (
+        "Windows and panels of the examples, as most apps have them",
+        &[
+            ("bevy", "bevy_window,bevy_winit,keyboard,mesh_picking,mouse,x11"),
+            ("bevy_internal", "bevy_picking,bevy_winit,keyboard,mesh_picking,mouse,x11"),
+            ("bevy_input", "default,gamepad,smol_str"),
+            ("bevy_reflect", "smol_str"),
+        ],
+    ),
+    (
+        "Systems on several threads, as in most apps",
+        &[
+            ("bevy", "multi_threaded"),
+            ("bevy_asset", "multi_threaded"),
+            ("bevy_ecs", "multi_threaded"),
+            ("bevy_internal", "multi_threaded"),
+            ("bevy_render", "multi_threaded"),
+            ("bevy_tasks", "multi_threaded"),
+            ("bevy_transform", "multi_threaded"),
+            ("downcast-rs", "sync"),
+        ],
+    ),
+    (
+        "Pictures that the examples write",
+        &[
+            ("bevy", "png"),
+            ("bevy_image", "png,zstd,zstd_rust"),
+            ("bevy_internal", "png"),
+            ("image", "png"),
+            ("simd-adler32", "const-generics,default,std"),
+        ],
+    ),
+    ("Shaders written for Metal, beside what naga does otherwise", &[("naga", "msl-out")]),
+    (
+        "Small libraries' own additions, which nothing of ours calls",
+        &[
+            ("bevy_utils", "debug"),
+            ("crc32fast", "default"),
+            ("crossbeam-channel", "default"),
+            ("hashbrown", "default-hasher"),
+            ("linux-raw-sys", "system"),
+            ("rustix", "system"),
+            ("uuid", "default"),
+        ],
+    ),
+];
+
+/// The features of all packages that are linked to by these kinds of dependencies.
+fn features(kinds: &str) -> Features {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let tree = Command::new(cargo)
+        .current_dir(project_folder())
+        .args(["tree", "--locked", "--offline", "--prefix", "none", "--format", "{p}|{f}", "--edges", kinds])
+        .output()
+        .expect("cargo runs");
+    assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+    let mut features = Features::new();
+    for line in String::from_utf8_lossy(&tree.stdout).lines() {
+        let Some((package, of_it)) = line.split_once('|') else { continue };
+        let name = package.split(" (").next().unwrap_or(package);
+        // The mark of packages whose dependencies are further up.
+        let of_it =
+            of_it.trim_end_matches(" (*)").split(',').filter(|feature| !feature.is_empty()).map(String::from);
+        features.entry(name.into()).or_default().extend(of_it);
+    }
+    features
+}
+
+#[test]
+fn dev_dependencies_change_nothing_that_users_get() {
+    let users = features("normal");
+    assert!(users.keys().any(|package| package.starts_with("naga_oil v")), "it lists {users:?}");
+    let mut tested = features("normal,dev");
+    let mut added = Features::new();
+    for (package, features) in &users {
+        let tested = tested.remove(package).unwrap_or_default();
+        let name = package.split(' ').next().unwrap_or(package);
+        let more = tested.difference(features).cloned();
+        added.entry(name.into()).or_default().extend(more);
+    }
+    added.retain(|_, features| !features.is_empty());
+    let mut allowed = Features::new();
+    for (package, features) in ALLOWED.iter().flat_map(|(_, packages)| *packages) {
+        let features = features.split(',').map(String::from);
+        allowed.entry((*package).into()).or_default().extend(features);
+    }
+    // Listed without need is wrong as well: the list would end up allowing anything.
+    assert_eq!(added, allowed, "dev-dependencies add these features (left) to packages that users get");
+}

@@ -1,0 +1,139 @@
+//! Shaders in the languages of devices that no test runs on: Metal's and Direct3D 12's, as wgpu would write
+//! them. What those devices lack otherwise is in `docs/drivers.md`.
+
+use bevy::{
+    asset::AssetId,
+    core_pipeline::tonemapping::Tonemapping,
+    math::DVec3,
+    prelude::*,
+    render::{
+        RenderApp,
+        render_resource::{PipelineCache, PipelineDescriptor, WgpuFeatures},
+        renderer::{RenderAdapter, RenderDevice},
+    },
+    shader::{Shader, ShaderCache, ShaderCacheError, ShaderCacheSource, ShaderDefVal, ValidateShader},
+};
+use bevy_contextual_ao::{occlusion::ScreenSpaceOcclusion, prelude::*};
+use naga::{
+    Module,
+    back::{hlsl, msl},
+    valid::{Capabilities, ValidationFlags, Validator},
+};
+
+use crate::scene::{TestScene, few_rays, folded_volume, translucent_ramp};
+
+/// The first that has positions alike in two pipelines (`@invariant`): `clip_draw.wgsl` needs it, as Bevy's
+/// meshes do.
+const METAL_VERSION: (u8, u8) = (2, 1);
+/// That of the compiler that every Windows has.
+const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
+
+/// Writes a shader in both languages, or says why one of them cannot have it.
+pub fn write(module: &Module) -> Result<(), String> {
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
+    let info = validator.validate(module).map_err(|error| format!("{:?}", error.into_inner()))?;
+    let options = msl::Options { lang_version: METAL_VERSION, ..Default::default() };
+    let (text, written) = msl::write_string(module, &info, &options, &Default::default())
+        .map_err(|error| format!("Metal: {error:?}"))?;
+    for entry_point in written.entry_point_names {
+        let name = entry_point.map_err(|error| format!("Metal: {error:?}"))?;
+        assert!(text.contains(&name), "Metal: there is no {name}");
+    }
+    let mut text = String::new();
+    let options = hlsl::Options { shader_model: SHADER_MODEL, ..Default::default() };
+    let written = hlsl::Writer::new(&mut text, &options, &Default::default())
+        .write(module, &info, None)
+        .map_err(|error| format!("Direct3D: {error:?}"))?;
+    for entry_point in written.entry_point_names {
+        let name = entry_point.map_err(|error| format!("Direct3D: {error:?}"))?;
+        assert!(text.contains(&name), "Direct3D: there is no {name}");
+    }
+    Ok(())
+}
+
+fn write_source(_: &(), source: ShaderCacheSource, _: &ValidateShader) -> Result<(), ShaderCacheError> {
+    match source {
+        ShaderCacheSource::Naga(module) => write(&module).map_err(ShaderCacheError::CreateShaderModule),
+        _ => Err(ShaderCacheError::CreateShaderModule("it is not composed by naga".into())),
+    }
+}
+
+/// A fragment shader of this crate and the definitions that it is compiled with.
+type Drawn = (AssetId<Shader>, Vec<ShaderDefVal>);
+
+/// What volumes are drawn with so far; the paths of their shaders end with `file`.
+fn drawn(scene: &TestScene, file: &str) -> Vec<Drawn> {
+    let shaders = scene.headless.app.world().resource::<Assets<Shader>>();
+    let is_of_file = |id| shaders.get(id).is_some_and(|shader: &Shader| shader.path.ends_with(file));
+    let cache = scene.headless.app.sub_app(RenderApp).world().resource::<PipelineCache>();
+    let pipelines = cache.pipelines().filter_map(|pipeline| match &pipeline.descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(descriptor) => descriptor.fragment.as_ref(),
+        PipelineDescriptor::ComputePipelineDescriptor(_) => None,
+    });
+    let drawn = pipelines.map(|fragment| (fragment.shader.id(), fragment.shader_defs.clone()));
+    drawn.filter(|(id, _)| is_of_file(*id)).collect()
+}
+
+/// The same in all variants of the material.
+fn in_all_variants(drawn: Vec<Drawn>) -> Vec<Drawn> {
+    const TEXELS: [&[&str]; 3] = [&[], &["OCTANTS"], &["MODULATED"]];
+    const SURFACES: [&[&str]; 2] = [&[], &["ISOSURFACE"]];
+    const DEPTHS: [&[&str]; 2] = [&[], &["DEPTH_PREPASS"]];
+    let is_varied = |def: &ShaderDefVal| {
+        let ShaderDefVal::Bool(name, _) = def else { return false };
+        let lists = [&TEXELS[..], &SURFACES[..], &DEPTHS[..]].concat();
+        lists.concat().contains(&name.as_str())
+    };
+    let mut variants = Vec::new();
+    for (id, defs) in drawn {
+        let kept: Vec<_> = defs.into_iter().filter(|def| !is_varied(def)).collect();
+        for (texels, surface) in TEXELS.iter().flat_map(|texels| SURFACES.map(|surface| (texels, surface))) {
+            for depth in DEPTHS {
+                let chosen = [*texels, surface, depth].concat().into_iter().map(ShaderDefVal::from);
+                variants.push((id, kept.iter().cloned().chain(chosen).collect()));
+            }
+        }
+    }
+    variants
+}
+
+#[test]
+fn shaders_that_draw_are_written_for_metal_and_direct3d() {
+    let volume = folded_volume(UVec3::splat(12), DVec3::ONE);
+    let mut scene = TestScene::new(volume, translucent_ramp(), few_rays(), ShadingMode::Cao);
+    scene.settle();
+    let (camera, volume) = (scene.camera(), scene.volume);
+    for tonemapping in [Tonemapping::Reinhard, Tonemapping::TonyMcMapface, Tonemapping::None] {
+        scene.world().entity_mut(camera).insert(tonemapping);
+        let blur = tonemapping != Tonemapping::None;
+        let screen_space = ScreenSpaceOcclusion { blur, ..default() };
+        for method in [OcclusionMethod::ScreenSpace(screen_space), OcclusionMethod::Direct(default())] {
+            scene.world().entity_mut(volume).insert(AmbientOcclusion { method, ..few_rays() });
+            scene.headless.frames(3);
+        }
+    }
+    let mut shaders = in_all_variants(drawn(&scene, "material/volume.wgsl"));
+    assert!(shaders.len() >= 3 * 12, "{} variants of the material", shaders.len());
+    for (file, least) in [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2)] {
+        let drawn = drawn(&scene, file);
+        assert!(drawn.len() >= least, "{} variants of {file}", drawn.len());
+        shaders.extend(drawn);
+    }
+    let world = scene.headless.app.world();
+    // Bevy adds this one to all.
+    let available = world.resource::<RenderDevice>().limits().max_storage_buffers_per_shader_stage;
+    let available = ShaderDefVal::UInt("AVAILABLE_STORAGE_BUFFER_BINDINGS".into(), available);
+    shaders.iter_mut().for_each(|(_, definitions)| definitions.push(available.clone()));
+    let downlevel = world.resource::<RenderAdapter>().get_downlevel_capabilities();
+    let mut cache = ShaderCache::new((), WgpuFeatures::all(), downlevel.flags, write_source);
+    let sources = world.resource::<Assets<Shader>>();
+    for (id, shader) in sources.iter() {
+        cache.set_shader(id, shader.clone());
+    }
+    for (pipeline, (id, definitions)) in shaders.iter().enumerate() {
+        if let Err(error) = cache.get(pipeline, *id, definitions) {
+            let path = sources.get(*id).map(|shader| &shader.path);
+            panic!("{path:?} with {definitions:?}: {error}");
+        }
+    }
+}
