@@ -169,6 +169,11 @@ impl SceneOptions {
         let path = self.volume.as_ref().unwrap_or(&phantom);
         let settings = VolumeReadSettings { component: self.component };
         let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
+        // The reader's warning goes to the log, which is off here.
+        if volume.background_voxels() > 0 {
+            let (path, count) = (path.display(), volume.background_voxels());
+            eprintln!("{path}: {count} voxels are NaN or infinite: they are shown as background");
+        }
         let default_function = self.volume.is_none().then(|| assets.join("head_phantom.tf.ron"));
         let transfer_function = match (&self.transfer_function, self.preset, default_function) {
             (Some(function), _, _) => Some(read_transfer_function(function)?),
