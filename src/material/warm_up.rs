@@ -92,7 +92,7 @@ impl WarmUps<'_, '_> {
         };
         // In the place of the box, of triangles without extent.
         let bounds = Aabb::enclosing(geometry.corners().map(|corner| corner.as_vec3()));
-        let mesh = box_mesh(geometry).scaled_by(Vec3::ZERO);
+        let mesh = box_mesh(geometry).with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 8]);
         let variant = material.variant;
         let mut child = self.commands.spawn((
             WarmUp(variant),

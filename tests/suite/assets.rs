@@ -197,7 +197,7 @@ fn every_kind_of_transfer_function_file_loads() {
         handles.iter().filter_map(|handle| functions.get(handle).cloned()).collect::<Vec<_>>()
     };
     assert!(
-        app.frames_until(|headless| functions(headless).len() == 2),
+        app.frames_until(|headless| functions(headless).len() == handles.len()),
         "the transfer functions do not load"
     );
     for function in functions(&app) {
