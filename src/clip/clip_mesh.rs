@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 
-/// The most carvers that can act at once; more are ignored with a warning.
+/// The most carvers that can act at once: those that were spawned first. The others are told by
+/// [`ClipMeshCutOff`].
 pub const MAX_CARVERS: usize = 128;
 
 /// Makes the closed mesh of this entity ([`Mesh3d`]) cut volumes.
@@ -70,16 +71,17 @@ pub struct ClipMeshFailed {
 /// Triggered on a [`ClipMesh`] entity whose mesh has more layers than
 /// [`ClipSettings::most_layers`](super::ClipSettings::most_layers) allows: seen from its clip camera,
 /// more pieces lie behind one another. What is behind the last but one layer is carved from its
-/// nearest to its farthest surface.
+/// nearest to its farthest surface. Or one that carves nothing, because there are [`MAX_CARVERS`] before it or
+/// [`VolumeBudget`](crate::volume::VolumeBudget) has no room for it.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClipMeshCutOff {
     /// The carver.
     pub entity: Entity,
     /// Its mesh.
     pub mesh: AssetId<Mesh>,
-    /// Layers that it has.
+    /// Layers that it has, as far as they have been counted.
     pub has_layers: u32,
-    /// Layers that it gets.
+    /// Layers that it gets; with 0 it carves nothing.
     pub gets_layers: u32,
 }
 
@@ -98,6 +100,13 @@ pub(super) fn warn_of_cut_off(cut_off: On<ClipMeshCutOff>, asset_server: Option<
     let ClipMeshCutOff { entity, mesh, has_layers, gets_layers } = cut_off.event();
     let path = asset_server.as_ref().and_then(|server| server.get_path(*mesh));
     let name = path.map_or_else(|| mesh.to_string(), |path| path.to_string());
+    if *gets_layers == 0 {
+        warn!(
+            "the clip mesh {name} on {entity} does not carve: {MAX_CARVERS} that were spawned before it do, or \
+             VolumeBudget has no room for its depth maps"
+        );
+        return;
+    }
     warn!(
         "the clip mesh {name} on {entity} has {has_layers} layers, of which {gets_layers} are kept apart: \
          raise ClipSettings::most_layers to carve it as it is"

@@ -23,6 +23,8 @@ use crate::{
 pub(crate) struct ExtractedScene {
     pub volumes: Vec<ExtractedVolume>,
     pub carvers: Vec<ExtractedCarver>,
+    /// Carvers that are too many, with their meshes.
+    pub beyond_most: Vec<(Entity, AssetId<Mesh>)>,
     pub clip_settings: ClipSettings,
     pub clip_capacity: ClipCapacity,
     pub shortcuts: Shortcuts,
@@ -112,7 +114,6 @@ pub(crate) fn extract_scene(
     shortcuts: Extract<Res<Shortcuts>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
-    mut warned: Local<bool>,
 ) {
     scene.clip_settings = clip_settings.clone();
     scene.clip_capacity = **clip_capacity;
@@ -134,11 +135,9 @@ pub(crate) fn extract_scene(
     }));
     // The same carvers act in every frame, whatever order a query gives: those that were spawned first.
     scene.carvers.sort_unstable_by_key(|carver| carver.order);
-    if scene.carvers.len() > MAX_CARVERS && !*warned {
-        *warned = true;
-        warn!("{} clip meshes: only the first {MAX_CARVERS} carve", scene.carvers.len());
-    }
-    scene.carvers.truncate(MAX_CARVERS);
+    let first_beyond = scene.carvers.len().min(MAX_CARVERS);
+    scene.beyond_most =
+        scene.carvers.drain(first_beyond..).map(|carver| (carver.entity, carver.mesh)).collect();
     let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
     extracted.clear();
     extracted.extend(volumes.iter().map(|(entity, table, occlusion, shading, transform, drawn_on)| {

@@ -10,10 +10,17 @@ use bevy_contextual_ao::{
 use crate::common::headless::different_pixels;
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
 
+/// Carvers that get fewer layers than they have.
+#[derive(Resource, Default)]
+struct CutOff(Vec<ClipMeshCutOff>);
+
 fn scene(depth_map_size: u32) -> TestScene {
     let volume = folded_volume(UVec3::new(26, 24, 22), DVec3::ONE);
     let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
     scene.set_clip(|clip| clip.depth_map_size = depth_map_size);
+    scene.headless.app.init_resource::<CutOff>().add_observer(
+        |event: On<ClipMeshCutOff>, mut cut_off: ResMut<CutOff>| cut_off.0.push(*event.event()),
+    );
     scene
 }
 
@@ -38,10 +45,12 @@ fn past_the_most_carvers_those_that_were_spawned_first_carve() {
         scene.carve(Sphere::new(2.0), ClipMesh::default(), far);
     }
     // One too many: it does not carve, wherever it is.
-    scene.carve(Sphere::new(7.0), ClipMesh::default(), Transform::from_xyz(-4.0, -3.0, 4.0));
+    let last = scene.carve(Sphere::new(7.0), ClipMesh::default(), Transform::from_xyz(-4.0, -3.0, 4.0));
     scene.settle();
     scene.headless.frames(2);
     assert_eq!(different_pixels(&scene.headless.image(), &carved), 0, "the first carver stopped");
+    let told = scene.world().resource::<CutOff>().0.last().map(|event| (event.entity, event.gets_layers));
+    assert_eq!(told, Some((last, 0)));
     scene.world().despawn(first);
     scene.headless.frames(2);
     assert!(different_pixels(&scene.headless.image(), &carved) > 100);
@@ -49,12 +58,7 @@ fn past_the_most_carvers_those_that_were_spawned_first_carve() {
 
 #[test]
 fn past_the_budget_the_first_carvers_carve_and_the_others_are_told() {
-    #[derive(Resource, Default)]
-    struct CutOff(Vec<ClipMeshCutOff>);
     let mut scene = scene(256);
-    scene.headless.app.init_resource::<CutOff>().add_observer(
-        |event: On<ClipMeshCutOff>, mut cut_off: ResMut<CutOff>| cut_off.0.push(*event.event()),
-    );
     scene.headless.frame();
     let first = [0, 1].map(|k| scene.carve(Sphere::new(5.0), ClipMesh::default(), place(k)));
     scene.settle();

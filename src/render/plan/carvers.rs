@@ -133,7 +133,14 @@ fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FrameP
     let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
     let mut spare = scene.clip_capacity.most;
     let mut others = scene.carvers.len() as u32;
+    let beyond_most = scene.beyond_most.iter();
     plan.cut_off.clear();
+    plan.cut_off.extend(beyond_most.map(|&(entity, mesh)| ClipMeshCutOff {
+        entity,
+        mesh,
+        has_layers: 1,
+        gets_layers: 0,
+    }));
     let wanted = scene.carvers.iter().filter_map(|carver| {
         let (entity, mesh) = (carver.entity, carver.mesh);
         let slot = clip_maps.slots.get(&entity)?;
