@@ -1,15 +1,15 @@
 //! Which volume an entity shows: the one that it asks for, a smaller one, or still the one before.
 
 use bevy::{
-    platform::collections::{HashMap, HashSet},
+    platform::collections::HashSet,
     prelude::*,
     render::{render_resource::WgpuLimits, renderer::RenderDevice},
-    tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
 };
 
 use super::{
     Volume, Volume3d, VolumeBudget, VolumeFailed,
     budget::{BytesTaken, StoredBytes, TooLarge, VolumeSize},
+    halved_volumes::HalvedVolumes,
 };
 
 /// What is shown of a [`Volume3d`].
@@ -18,6 +18,8 @@ pub(crate) struct ShownVolume {
     /// The volume that this was decided for, and the budget that decided it.
     of: AssetId<Volume>,
     budget: VolumeBudget,
+    /// Whether there was no room for it.
+    is_refused: bool,
     /// That volume, a smaller one, or another that was shown before; `None` if there is nothing to show.
     pub volume: Option<Handle<Volume>>,
     /// Bytes that it takes.
@@ -26,40 +28,12 @@ pub(crate) struct ShownVolume {
     pub revision: u32,
 }
 
-/// Volumes at a lower resolution, by the volume and how often it was halved.
-#[derive(Resource, Default)]
-pub(super) struct HalvedVolumes(HashMap<(AssetId<Volume>, u32), Halved>);
-
-/// A smaller volume, once a background task has made it.
-enum Halved {
-    Making(Task<Volume>),
-    Made(Handle<Volume>),
-}
-
-impl HalvedVolumes {
-    /// The volume halved so many times; `None` while it is being made.
-    fn get(
-        &mut self,
-        id: AssetId<Volume>,
-        halvings: u32,
-        volumes: &mut Assets<Volume>,
-    ) -> Option<Handle<Volume>> {
-        let key = (id, halvings);
-        if !self.0.contains_key(&key) {
-            // Its voxels are shared, not copied.
-            let volume = volumes.get(id)?.clone();
-            let halve = async move { (0..halvings).fold(volume, |volume, _| volume.halved()) };
-            self.0.insert(key, Halved::Making(AsyncComputeTaskPool::get().spawn(halve)));
-        }
-        let halved = self.0.get_mut(&key)?;
-        if let Halved::Making(task) = halved {
-            *halved = Halved::Made(volumes.add(block_on(poll_once(task))?));
-        }
-        match halved {
-            Halved::Made(handle) => Some(handle.clone()),
-            Halved::Making(_) => None,
-        }
-    }
+/// What becomes of a volume.
+enum Fit {
+    /// This is shown, the volume itself or a smaller one, and takes so many bytes.
+    Shown(Handle<Volume>, u64),
+    BeingHalved,
+    Refused(TooLarge),
 }
 
 /// Decides what is shown of volumes that came or changed. While a volume is being read or halved, or if it is
@@ -76,15 +50,8 @@ pub(super) fn fit_volumes(
     mut volumes: ResMut<Assets<Volume>>,
     mut halved: ResMut<HalvedVolumes>,
 ) {
-    let modified: HashSet<_> = events
-        .read()
-        .filter_map(|event| match event {
-            AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
-            _ => None,
-        })
-        .collect();
-    halved.0.retain(|(id, _), _| !modified.contains(id));
-    let mut used = HashSet::new();
+    let modified: HashSet<_> = events.read().filter_map(modified).collect();
+    halved.forget(&modified);
     // Without a device nothing is drawn, and nothing is too large.
     let unlimited = || WgpuLimits {
         max_texture_dimension_3d: u32::MAX,
@@ -95,55 +62,65 @@ pub(super) fn fit_volumes(
     let mut by_volumes: u64 = entities.iter().filter_map(|(_, _, shown)| Some(shown?.bytes)).sum();
     for (entity, handle, shown) in &mut entities {
         let id = handle.id();
-        let is_current = shown.as_ref().is_some_and(|shown| shown.of == id) && !modified.contains(&id);
-        if is_current && shown.as_ref().is_some_and(|shown| shown.budget == *budget) {
-            used.extend(shown.as_ref().and_then(|shown| shown.volume.as_ref()).map(Handle::id));
+        let current = shown.as_deref().cloned().filter(|shown| shown.of == id);
+        let is_decided = current.as_ref().is_some_and(|current| {
+            current.budget == *budget && !current.is_refused && !modified.contains(&id)
+        });
+        if is_decided {
             continue;
         }
-        let before = shown.as_ref().and_then(|shown| shown.volume.clone());
-        let was_shown = shown.as_ref().is_some_and(|shown| shown.of == id);
-        let Some(volume) = volumes.get(id) else {
-            if was_shown {
+        let Some(volume) = volumes.get(id).cloned() else {
+            if current.is_some() {
+                // It was taken away.
                 commands.entity(entity).try_remove::<ShownVolume>();
             }
-            used.extend(before.as_ref().map(Handle::id));
             continue;
         };
-        let own = shown.as_ref().map_or(0, |shown| shown.bytes);
+        let (before, own, revision) =
+            shown.as_ref().map_or((None, 0, 0), |shown| (shown.volume.clone(), shown.bytes, shown.revision));
         let others = by_volumes - own + taken.by_methods + taken.by_carvers;
-        let size = VolumeSize::of(volume, *stored);
-        let (fitted, bytes) = match budget.check(size, &limits, others) {
-            Ok(()) => (Some(handle.0.clone()), size.bytes()),
+        let size = VolumeSize::of(&volume, *stored);
+        let fit = match budget.check(size, &limits, others) {
+            Ok(()) => Fit::Shown(handle.0.clone(), size.bytes()),
             Err(limit) => {
                 let fits = budget.halvings(size, &limits, others);
-                let (dimensions, would_fit) = (size.dimensions, fits.map(|(_, size)| size.dimensions));
-                let reason = TooLarge { dimensions, limit, would_fit };
+                let too_large = |size: Option<VolumeSize>| TooLarge {
+                    dimensions: volume.dimensions(),
+                    limit,
+                    would_fit: size.map(|size| size.dimensions),
+                };
                 match fits.filter(|_| budget.halves) {
                     Some((halvings, size)) => {
-                        if !halved.0.contains_key(&(id, halvings)) {
-                            warn!("{dimensions} voxels {limit}: {} are shown", size.dimensions);
-                        }
-                        let Some(smaller) = halved.get(id, halvings, &mut volumes) else {
-                            used.extend(before.as_ref().map(Handle::id));
-                            continue;
-                        };
-                        (Some(smaller), size.bytes())
+                        let reason = too_large(Some(size));
+                        halved
+                            .get(id, halvings, &volume, reason, &mut volumes)
+                            .map_or(Fit::BeingHalved, |half| Fit::Shown(half, size.bytes()))
                     }
-                    None => {
-                        commands.trigger(VolumeFailed { entity, reason: reason.into() });
-                        // One that is not this volume goes on being shown.
-                        let stays = before.clone().filter(|_| !was_shown);
-                        let bytes = if stays.is_some() { own } else { 0 };
-                        (stays, bytes)
-                    }
+                    None => Fit::Refused(too_large(fits.map(|(_, size)| size))),
                 }
             }
         };
+        let (volume, bytes, is_refused) = match fit {
+            Fit::Shown(volume, bytes) => (Some(volume), bytes, false),
+            Fit::BeingHalved => continue,
+            Fit::Refused(reason) => {
+                let was_told = current.as_ref().is_some_and(|current| {
+                    current.is_refused && current.budget == *budget && !modified.contains(&id)
+                });
+                if was_told {
+                    continue;
+                }
+                commands.trigger(VolumeFailed { entity, reason: reason.into() });
+                // Another volume goes on being shown.
+                let stays = before.clone().filter(|_| current.is_none());
+                let bytes = if stays.is_some() { own } else { 0 };
+                (stays, bytes, true)
+            }
+        };
         by_volumes = by_volumes - own + bytes;
-        used.extend(fitted.as_ref().map(Handle::id));
-        let has_changed = fitted != before || modified.contains(&id);
-        let revision = shown.as_ref().map_or(0, |shown| shown.revision + u32::from(has_changed));
-        let new = ShownVolume { of: id, budget: budget.clone(), volume: fitted, bytes, revision };
+        let has_changed = volume != before || modified.contains(&id) && !is_refused;
+        let revision = revision + u32::from(has_changed);
+        let new = ShownVolume { of: id, budget: budget.clone(), is_refused, volume, bytes, revision };
         match shown {
             Some(mut shown) => *shown = new,
             None => {
@@ -151,12 +128,18 @@ pub(super) fn fit_volumes(
             }
         }
     }
-    halved.0.retain(|_, halved| match halved {
-        Halved::Making(_) => true,
-        Halved::Made(handle) => used.contains(&handle.id()),
-    });
+    let used = entities.iter().filter_map(|(_, _, shown)| Some(shown?.volume.as_ref()?.id()));
+    halved.keep(&used.collect());
     for entity in &orphans {
         commands.entity(entity).try_remove::<ShownVolume>();
     }
     taken.set_if_neq(BytesTaken { by_volumes, ..*taken });
+}
+
+/// The volume that an event changes, if it does. One that was added is missed by nobody.
+fn modified(event: &AssetEvent<Volume>) -> Option<AssetId<Volume>> {
+    match event {
+        AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
+        _ => None,
+    }
 }

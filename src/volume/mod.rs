@@ -9,6 +9,7 @@ mod events;
 mod fit;
 mod geometry;
 mod halve;
+mod halved_volumes;
 mod loaders;
 mod lookup_table;
 mod otsu;
@@ -61,7 +62,7 @@ impl Plugin for VolumePlugin {
             .init_resource::<VolumeBudget>()
             .init_resource::<BytesTaken>()
             .init_resource::<StoredBytes>()
-            .init_resource::<fit::HalvedVolumes>()
+            .init_resource::<halved_volumes::HalvedVolumes>()
             .add_observer(events::log_failures)
             .add_systems(
                 PostUpdate,

@@ -121,6 +121,28 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
 }
 
 #[test]
+fn a_volume_that_was_refused_comes_when_another_goes() {
+    let (_, bytes) = with_budget(false, OcclusionMethod::Rays, 4 << 30);
+    let mut scene = scene(false, OcclusionMethod::Rays);
+    scene.world().resource_mut::<VolumeBudget>().most_bytes = bytes;
+    scene.settle();
+    let image = scene.headless.image();
+    assert!(!is_empty(&image));
+    let first = scene.volume;
+    let world = scene.world();
+    let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
+    let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
+    let second = world.spawn((Volume3d(data), function, few_rays())).id();
+    scene.headless.frames(6);
+    let told: Vec<_> = scene.world().resource::<Told>().failed.iter().map(|(entity, _)| *entity).collect();
+    assert_eq!(told, [second]);
+    scene.world().despawn(first);
+    scene.headless.frames(4);
+    assert_eq!(different_pixels(&scene.headless.image(), &image), 0);
+    assert_eq!(scene.world().resource::<Told>().failed.len(), 1);
+}
+
+#[test]
 fn every_failure_is_told_once_with_its_reason() {
     let mut scene = scene(false, OcclusionMethod::Rays);
     scene.settle();
