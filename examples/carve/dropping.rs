@@ -35,7 +35,7 @@ pub enum FileKind {
 
 impl FileKind {
     const VOLUME: [&str; 8] = [".nii", ".nii.gz", ".hdr", ".hdr.gz", ".nrrd", ".nhdr", ".mha", ".mhd"];
-    const TRANSFER_FUNCTION: [&str; 2] = [".vp", ".tf.ron"];
+    const TRANSFER_FUNCTION: [&str; 3] = [".vp", ".vp.json", ".tf.ron"];
 
     /// The kind of a file, or why it is none.
     pub fn of(path: &Path) -> Result<Self, String> {

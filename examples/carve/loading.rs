@@ -2,14 +2,18 @@
 //! there: a file that cannot be read changes nothing.
 
 use bevy::{
-    asset::{AssetPath, LoadState},
+    asset::{AssetLoadError, AssetPath, LoadState, UntypedAssetId},
     prelude::*,
 };
-use bevy_contextual_ao::prelude::*;
-use std::path::{Path, PathBuf};
+use bevy_contextual_ao::{prelude::*, volume::VolumeReadSettings};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use super::{
     Arguments,
+    budget::explain,
     content::Content,
     dropping::{CannotOpen, FileKind, OpenFile},
 };
@@ -80,8 +84,10 @@ fn open_first(
 ) {
     let file = arguments.file.as_deref();
     shown.name = file.map_or_else(|| DEFAULT_VOLUME.into(), name_of);
+    let component = arguments.component;
+    let choose = move |settings: &mut VolumeReadSettings| settings.component = component;
     let mut bundle = VolumeBundle::new(match file {
-        Some(file) => assets.load(outside_assets(file)),
+        Some(file) => assets.load_builder().with_settings(choose).load(outside_assets(file)),
         None => assets.load(DEFAULT_VOLUME),
     });
     if let Some(function) = &arguments.transfer_function {
@@ -139,8 +145,9 @@ fn show_opened(
     let Ok((mut volume, mut function)) = entities.single_mut() else {
         return;
     };
-    if let Some((name, new)) =
-        opening.volume.take_if(|(_, new)| is_read(&assets, new.id(), &mut shown.errors))
+    if let Some((name, new)) = opening
+        .volume
+        .take_if(|(_, new)| is_read(&assets, new.id(), VolumeFailure::Volume, &mut shown.errors))
         && new != volume.0
         && assets.is_loaded(&new)
     {
@@ -150,7 +157,9 @@ fn show_opened(
             function.0 = Handle::default();
         }
     }
-    if let Some(new) = opening.function.take_if(|new| is_read(&assets, new.id(), &mut shown.errors))
+    if let Some(new) = opening
+        .function
+        .take_if(|new| is_read(&assets, new.id(), VolumeFailure::TransferFunction, &mut shown.errors))
         && assets.is_loaded(&new)
     {
         shown.function = FunctionSource::File;
@@ -161,24 +170,23 @@ fn show_opened(
 /// Whether a file has been read, or could not be; keeps the reason.
 fn is_read(
     assets: &AssetServer,
-    id: impl Into<bevy::asset::UntypedAssetId>,
+    id: impl Into<UntypedAssetId>,
+    reason: fn(Arc<AssetLoadError>) -> VolumeFailure,
     errors: &mut Vec<String>,
 ) -> bool {
     match assets.get_load_state(id) {
         Some(LoadState::Loaded) => true,
         Some(LoadState::Failed(error)) => {
-            note(errors, &error.to_string());
+            note(errors, explain(&reason(error)));
             true
         }
         _ => false,
     }
 }
 
-/// Keeps an error. What follows its first line is where in the code it went wrong.
-fn note(errors: &mut Vec<String>, error: &str) {
-    let error = error.lines().next().unwrap_or_default();
-    if !errors.iter().any(|noted| noted == error) {
-        errors.push(error.to_owned());
+fn note(errors: &mut Vec<String>, error: String) {
+    if !errors.contains(&error) {
+        errors.push(error);
     }
 }
 
@@ -202,7 +210,7 @@ fn note_failure(
     mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
     mut shown: ResMut<Shown>,
 ) {
-    note(&mut shown.errors, &failed.reason.to_string());
+    note(&mut shown.errors, explain(&failed.reason));
     let Ok((mut volume, mut function)) = entities.get_mut(failed.entity) else {
         return;
     };

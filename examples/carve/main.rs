@@ -37,7 +37,10 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd. A generated head if left out.
     file: Option<PathBuf>,
-    /// Colours and opacities: a volume property of 3D Slicer (.vp) or .tf.ron.
+    /// Which volume of a file that holds several, as a time series does, counted from zero.
+    #[arg(long, value_name = "N", requires = "file")]
+    component: Option<u32>,
+    /// Colours and opacities: a volume property of 3D Slicer (.vp, .vp.json) or .tf.ron.
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     transfer_function: Option<PathBuf>,
     /// Colours and opacities for a common examination: ct_bone, ct_soft_tissue, ct_vessels, ct_lung, mr_head or

@@ -1,6 +1,6 @@
 //! How much of the graphics device's memory a volume may take, from command-line options.
 
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{prelude::*, volume::TooLarge};
 use clap::Args;
 
 /// What is done with a volume that is too large.
@@ -23,5 +23,13 @@ impl BudgetOptions {
             most_bytes: most_bytes.unwrap_or(VolumeBudget::default().most_bytes),
             halves: self.halve,
         }
+    }
+}
+
+/// Why a volume cannot be shown, with the option that would show it.
+pub fn explain(failure: &VolumeFailure) -> String {
+    match failure {
+        VolumeFailure::TooLarge(TooLarge { would_fit: Some(_), .. }) => format!("{failure} (option --halve)"),
+        failure => failure.to_string(),
     }
 }

@@ -42,6 +42,8 @@ use std::{
 use super::device;
 use waiting::PATIENCE;
 
+use super::budget::explain;
+
 /// The folder of this project: where Cargo runs it, which need not be where it was built.
 pub fn project_folder() -> PathBuf {
     std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into()).into()
@@ -113,7 +115,7 @@ impl Headless {
                 RenderErrorPolicy::StopRendering
             }))
             .add_observer(|failed: On<VolumeFailed>, mut failures: ResMut<Failures>| {
-                failures.0.push(failed.reason.to_string());
+                failures.0.push(explain(&failed.reason));
             });
         setup(&mut app);
         let begin = Instant::now();

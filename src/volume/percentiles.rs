@@ -13,6 +13,9 @@ impl Percentiles {
     /// Values that are looked at, at most; more would not move a percentile by much.
     const SAMPLES: usize = 1 << 19;
 
+    /// Of the histogram in which a peak is sought.
+    const BINS: usize = 256;
+
     /// Of a volume.
     pub fn of(volume: &Volume) -> Self {
         let voxels = volume.intensities();
@@ -34,6 +37,19 @@ impl Percentiles {
     /// The same of the bright ones.
     pub fn bright(&self, share: f64) -> f64 {
         Self::percentile(&self.sorted[self.dark..], share).unwrap_or_default()
+    }
+
+    /// Where the peak of the bright values ends: above their most common one, from where on they are less than a
+    /// tenth as common.
+    pub fn end_of_peak(&self) -> f64 {
+        let bright = &self.sorted[self.dark..];
+        let [low, high] = [0.0, 1.0].map(|share| self.bright(share));
+        let width = (high - low) / Self::BINS as f64;
+        let below = |bin: usize| bright.partition_point(|&value| value < low + bin as f64 * width);
+        let counts: Vec<usize> = (0..Self::BINS).map(|bin| below(bin + 1) - below(bin)).collect();
+        let (peak, &most) = counts.iter().enumerate().max_by_key(|&(_, count)| count).unwrap_or((0, &0));
+        let end = (peak..Self::BINS).find(|&bin| 10 * counts[bin] < most).unwrap_or(Self::BINS);
+        low + end as f64 * width
     }
 
     /// The value that this share of sorted ones do not exceed.

@@ -8,8 +8,8 @@ use super::{ControlPoint, TransferFunction, Volume, VolumeGeometry, percentiles:
 /// A transfer function for a common examination, fitted to a volume.
 ///
 /// CT presets are in Hounsfield units (HU). A file that never falls below zero holds none, since air and fat
-/// lie below; what its histogram parts as air and as tissue is then taken for -1000 and 40 HU. MR has no
-/// units: those presets lie between percentiles of the volume's intensities.
+/// lie below; air is then taken for -1000 HU, and the end of the peak of soft tissue in its histogram for 100.
+/// MR has no units: those presets lie between percentiles of the volume's intensities.
 ///
 /// Opacity is per 350th of the volume's diagonal, about a millimetre for a head. So a mouse is as translucent
 /// as a man, and a halved volume looks like the whole one.
@@ -19,8 +19,8 @@ pub enum Preset {
     CtBone,
     /// Skin and flesh, translucent, over bones.
     CtSoftTissue,
-    /// Vessels filled with contrast agent, red, over pale bones. Spongy bone is as dense as contrast agent,
-    /// so bones look reddish where they are thin.
+    /// Vessels filled with contrast agent, red, and bones, ivory. Spongy bone is as dense as contrast agent, and
+    /// red as well.
     CtVessels,
     /// Lungs, airways and the vessels in them; the body around is hardly seen.
     CtLung,
@@ -82,7 +82,7 @@ impl Preset {
                 if volume.range()[0] < 0.0 {
                     Scale { zero: 0.0, unit: 1.0 }
                 } else {
-                    Scale::through([(AIR_HU, values.dark(0.5)), (TISSUE_HU, values.bright(0.5))])
+                    Scale::through([(AIR_HU, values.dark(0.5)), (END_OF_TISSUE_HU, values.end_of_peak())])
                 }
             }
             Self::MrHead => Scale::through([(0.0, values.dark(0.5)), (1.0, values.bright(0.5))]),
@@ -115,56 +115,64 @@ type Point = (f64, [f32; 3], f32);
 const UNITS_IN_DIAGONAL: f64 = 350.0;
 
 const AIR_HU: f64 = -1000.0;
-const TISSUE_HU: f64 = 40.0;
+/// Where soft tissue ends: above it there is bone, and contrast agent.
+const END_OF_TISSUE_HU: f64 = 100.0;
 
-const SKIN: [f32; 3] = [0.88, 0.67, 0.55];
-const FAT: [f32; 3] = [0.93, 0.80, 0.56];
-const FLESH: [f32; 3] = [0.72, 0.34, 0.28];
-const SPONGY_BONE: [f32; 3] = [0.80, 0.64, 0.46];
-const BONE: [f32; 3] = [0.95, 0.91, 0.81];
-const ENAMEL: [f32; 3] = [1.0, 0.99, 0.96];
-const BLOOD: [f32; 3] = [0.82, 0.08, 0.06];
+const SKIN: [f32; 3] = [0.90, 0.70, 0.58];
+const FAT: [f32; 3] = [0.95, 0.83, 0.60];
+const FLESH: [f32; 3] = [0.74, 0.36, 0.30];
+const SPONGY_BONE: [f32; 3] = [0.84, 0.70, 0.52];
+const BONE_SURFACE: [f32; 3] = [0.93, 0.86, 0.74];
+const BONE: [f32; 3] = [0.97, 0.94, 0.86];
+const ENAMEL: [f32; 3] = [1.0, 1.0, 0.98];
+const BLOOD: [f32; 3] = [0.86, 0.10, 0.07];
+/// Of an MRI, whose scalp and cortex have one value at their surface.
+const ROSE: [f32; 3] = [0.94, 0.73, 0.64];
+const GREY_MATTER: [f32; 3] = [0.90, 0.74, 0.68];
+const WHITE_MATTER: [f32; 3] = [0.98, 0.94, 0.88];
 
 const CT_BONE: &[Point] =
-    &[(170.0, SPONGY_BONE, 0.0), (330.0, SPONGY_BONE, 0.6), (650.0, BONE, 0.95), (1500.0, ENAMEL, 1.0)];
+    &[(180.0, SPONGY_BONE, 0.0), (260.0, BONE_SURFACE, 0.35), (450.0, BONE, 0.95), (1300.0, ENAMEL, 1.0)];
 
 const CT_SOFT_TISSUE: &[Point] = &[
     (-600.0, SKIN, 0.0),
-    (-250.0, SKIN, 0.05),
-    (-120.0, FAT, 0.02),
-    (-20.0, FLESH, 0.04),
-    (80.0, FLESH, 0.08),
-    (200.0, SPONGY_BONE, 0.2),
-    (450.0, BONE, 0.9),
+    (-350.0, SKIN, 0.1),
+    (-150.0, SKIN, 0.03),
+    (-100.0, FAT, 0.012),
+    (-20.0, FLESH, 0.02),
+    (80.0, FLESH, 0.045),
+    (200.0, SPONGY_BONE, 0.12),
+    (420.0, BONE, 0.9),
+    (1300.0, ENAMEL, 1.0),
+];
+
+/// Blood is faint enough that the surface of a bone, which passes through its values within a voxel, is not red.
+const CT_VESSELS: &[Point] = &[
+    (130.0, BLOOD, 0.0),
+    (210.0, BLOOD, 0.1),
+    (290.0, BLOOD, 0.22),
+    (370.0, BLOOD, 0.22),
+    (440.0, BONE, 0.4),
+    (650.0, BONE, 0.95),
     (1500.0, ENAMEL, 1.0),
 ];
 
-const CT_VESSELS: &[Point] = &[
-    (130.0, BLOOD, 0.0),
-    (220.0, BLOOD, 0.7),
-    (380.0, BLOOD, 0.9),
-    (480.0, BONE, 0.15),
-    (1000.0, BONE, 0.5),
-    (2000.0, ENAMEL, 0.8),
-];
-
 const CT_LUNG: &[Point] = &[
-    (-1000.0, SKIN, 0.0),
-    (-930.0, SKIN, 0.0),
-    (-800.0, SKIN, 0.05),
+    (-860.0, SKIN, 0.0),
+    (-720.0, SKIN, 0.05),
     (-500.0, FLESH, 0.3),
-    (-250.0, FLESH, 0.0),
+    (-280.0, FLESH, 0.0),
     (300.0, BONE, 0.0),
-    (1000.0, BONE, 0.1),
+    (1000.0, BONE, 0.12),
 ];
 
 /// In medians: 0 is that of what is dark, 1 that of what is bright.
 const MR_HEAD: &[Point] = &[
-    (0.25, FLESH, 0.0),
-    (0.5, FLESH, 0.6),
-    (0.8, [0.78, 0.60, 0.55], 0.9),
-    (1.0, [0.82, 0.68, 0.60], 0.95),
-    (1.3, [0.95, 0.90, 0.83], 0.95),
+    (0.25, ROSE, 0.0),
+    (0.5, ROSE, 0.6),
+    (0.75, GREY_MATTER, 0.9),
+    (1.0, GREY_MATTER, 0.95),
+    (1.25, WHITE_MATTER, 0.95),
     (1.8, FAT, 0.95),
     (2.4, FAT, 1.0),
 ];

@@ -5,7 +5,11 @@ use bevy_contextual_ao::prelude::*;
 use clap::Parser;
 use std::path::PathBuf;
 
-use crate::{common::scene::SceneOptions, headless::Headless, scene::is_empty};
+use crate::{
+    common::scene::SceneOptions,
+    headless::{Headless, voxel_at},
+    scene::is_empty,
+};
 
 #[derive(Parser)]
 struct Options {
@@ -28,34 +32,32 @@ fn render(arguments: &[&str]) -> Result<Vec<u8>, String> {
     Ok(headless.image())
 }
 
-/// Writes a ball of 24 voxels along each side, of values from 0 to 250.
-fn write_ball(name: &str, spacing_mm: f64) -> PathBuf {
+/// Writes a ball of so many voxels along each side, of values from 0 to 250.
+fn write_ball(name: &str, voxels: u32, spacing_mm: f64) -> PathBuf {
     let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}.nrrd", std::process::id()));
     let header = format!(
-        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 24 24 24\nspacings: {spacing_mm} {spacing_mm} \
-         {spacing_mm}\nencoding: raw\n\n"
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: {voxels} {voxels} {voxels}\nspacings: {spacing_mm} \
+         {spacing_mm} {spacing_mm}\nencoding: raw\n\n"
     );
-    let value = |k: i32| {
-        let away = IVec3::new(k % 24, k / 24 % 24, k / 576).as_vec3() - 11.5;
-        (250.0 - 20.0 * away.length()).clamp(0.0, 250.0) as u8
+    let value = |index| {
+        let away = (voxel_at(index, UVec3::splat(voxels)).as_vec3() + 0.5) / voxels as f32 - 0.5;
+        (250.0 - 500.0 * away.length()).clamp(0.0, 250.0) as u8
     };
-    std::fs::write(
-        &path,
-        header.into_bytes().into_iter().chain((0..24 * 24 * 24).map(value)).collect::<Vec<_>>(),
-    )
-    .expect("write");
+    let bytes = header.into_bytes().into_iter().chain((0..voxels.pow(3)).map(value));
+    std::fs::write(&path, bytes.collect::<Vec<_>>()).expect("write");
     path
 }
 
 #[test]
 fn a_volume_beyond_the_budget_is_halved_where_asked() {
-    let path = write_ball("budget", 1.0);
+    let path = write_ball("budget", 128, 1.0);
     let volume = ["--volume", path.to_str().expect("its name is text")];
     let with = |more: &[&str]| render(&[&volume[..], more].concat());
-    let refused = with(&["--budget-mib", "0"]).expect_err("nothing fits");
-    assert!(refused.contains("0 MiB"), "{refused}");
-    assert!(with(&["--budget-mib", "0", "--halve"]).is_err(), "not even one voxel fits");
-    assert!(!is_empty(&with(&["--halve"]).expect("it fits")));
+    // It takes 8 MiB beside the 21 of the depth maps.
+    let refused = with(&["--budget-mib", "25"]).expect_err("too large");
+    assert!(refused.contains("25 MiB") && refused.ends_with("(option --halve)"), "{refused}");
+    assert!(!is_empty(&with(&["--budget-mib", "25", "--halve"]).expect("half of it fits")));
+    assert!(!is_empty(&with(&["--budget-mib", "40"]).expect("it fits")));
     let options = parse(&["--budget-mib", "3", "--halve"]).expect("both can be given");
     let budget = options.budget.budget();
     assert_eq!((budget.most_bytes, budget.halves), (3 << 20, true));
@@ -65,7 +67,7 @@ fn a_volume_beyond_the_budget_is_halved_where_asked() {
 #[test]
 fn scenes_of_any_size_are_in_view() {
     for spacing_mm in [1e-3, 1.0, 1e3] {
-        let path = write_ball("any_size", spacing_mm);
+        let path = write_ball("any_size", 24, spacing_mm);
         let image = render(&["--volume", path.to_str().expect("its name is text")]).expect("it can be shown");
         assert!(!is_empty(&image), "voxels of {spacing_mm} mm");
     }
@@ -73,7 +75,7 @@ fn scenes_of_any_size_are_in_view() {
 
 #[test]
 fn presets_are_chosen_by_name() {
-    let path = write_ball("presets", 1.0);
+    let path = write_ball("presets", 24, 1.0);
     let volume = ["--volume", path.to_str().expect("its name is text")];
     let options = parse(&[&volume[..], &["--preset", "mr_head"]].concat()).expect("a preset");
     let parts = options.parts().expect("the file can be read");

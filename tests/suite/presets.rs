@@ -10,9 +10,9 @@ fn volume(values: &[u16], rescale: Rescale, spacing_mm: f64) -> Volume {
     Volume::new(size, grid, Intensities::U16(values.to_vec()), rescale).unwrap()
 }
 
-/// Stored values of a CT: air at 24, tissue at 1064, bone at 2024.
+/// Stored values of a CT: air at 24, tissue up to 1124, bone at 2024.
 fn ct(rescale: Rescale) -> Volume {
-    let values: Vec<u16> = [24; 60].into_iter().chain([1064; 35]).chain([2024; 5]).collect();
+    let values: Vec<u16> = [24; 60].into_iter().chain([1124; 35]).chain([2024; 5]).collect();
     volume(&values, rescale, 1.0)
 }
 
@@ -60,20 +60,21 @@ fn ct_presets_show_what_they_say() {
     }
     let vessels = Preset::CtVessels.transfer_function(&volume);
     let [contrast, bone] = [300.0, 1200.0].map(|value| vessels.sample(value));
-    assert!(contrast[3] > bone[3] && contrast[1] < 0.2 && bone[1] > 0.8, "{contrast:?} {bone:?}");
+    // One is red, the other white.
+    assert!(contrast[0] > 4.0 * contrast[1] && bone[0] < 1.2 * bone[1], "{contrast:?} {bone:?}");
 }
 
 #[test]
 fn ct_without_negative_values_is_calibrated_by_its_air_and_tissue() {
     let in_hounsfield = Preset::CtBone.transfer_function(&ct(HOUNSFIELD));
-    assert_eq!(in_hounsfield.points[0].value, 170.0);
+    assert_eq!(in_hounsfield.points[0].value, 180.0);
     // As stored; and squeezed, as in eight bits.
     for (slope, intercept) in [(1.0, 0.0), (0.1, 5.0)] {
         let raw = Preset::CtBone.transfer_function(&ct(Rescale { slope, intercept }));
         for (raw, point) in raw.points.iter().zip(&in_hounsfield.points) {
             let expected = slope as f32 * (point.value + 1024.0) + intercept as f32;
-            // Rounded once in single precision, of values up to 2524.
-            assert!((raw.value - expected).abs() < 1e-3, "{} is not {expected}", raw.value);
+            // A bin of the histogram is 900/256 HU wide, and 1300 HU lie 2300/1100 as far from air as tissue does.
+            assert!((raw.value - expected).abs() < 7.4 * slope as f32, "{} is not {expected}", raw.value);
         }
     }
 }

@@ -31,12 +31,13 @@ mod carve {
     pub mod loading;
     pub mod picture;
     pub mod view;
-    pub use crate::common::framing;
+    pub use crate::common::{budget, framing};
 
     /// What of the command line the modules read.
     #[derive(Resource, Default)]
     pub struct Arguments {
         pub file: Option<PathBuf>,
+        pub component: Option<u32>,
         pub transfer_function: Option<PathBuf>,
         pub preset: Option<bevy_contextual_ao::prelude::Preset>,
     }
@@ -123,6 +124,7 @@ fn files_are_told_apart_by_their_names() {
         ("x.nhdr", FileKind::Volume),
         ("x.mha", FileKind::Volume),
         ("Bone.VP", FileKind::TransferFunction),
+        ("bone.vp.json", FileKind::TransferFunction),
         ("x.tf.ron", FileKind::TransferFunction),
     ] {
         assert_eq!(FileKind::of(Path::new(name)), Ok(kind), "{name}");
@@ -227,15 +229,16 @@ fn a_dropped_file_that_cannot_be_shown_changes_nothing() {
     let mut window = Window::new("dropped_nonsense", None);
     std::fs::write(window.folder.join("broken.nrrd"), "NRRD0004\ntype: unsigned char\n\n").expect("write");
     std::fs::write(window.folder.join("broken.vp"), "not numbers").expect("write");
-    write_volume(&window.folder.join("large.nrrd"), 40);
-    window.headless.app.insert_resource(VolumeBudget { most_bytes: 100_000, halves: false });
+    write_volume(&window.folder.join("large.nrrd"), 128);
+    // Depth maps take 21 MiB, the large volume 8.
+    window.headless.app.insert_resource(VolumeBudget { most_bytes: 25 << 20, halves: false });
     let before = window.content();
     for (name, words) in [
         ("notes.txt", "neither a volume"),
         ("absent.nii", "absent.nii"),
         ("broken.nrrd", "broken.nrrd"),
         ("broken.vp", "broken.vp"),
-        ("large.nrrd", "VolumeBudget"),
+        ("large.nrrd", "--halve"),
     ] {
         window.drop_file(name);
         window.until(|window| window.shown().errors.len() == 1);
