@@ -119,7 +119,7 @@ pub(super) fn fit_volumes(
         };
         by_volumes = by_volumes - own + bytes;
         let has_changed = volume != before || modified.contains(&id) && !is_refused;
-        let revision = revision + u32::from(has_changed);
+        let revision = revision + u32::from(has_changed && shown.is_some());
         let new = ShownVolume { of: id, budget: budget.clone(), is_refused, volume, bytes, revision };
         match shown {
             Some(mut shown) => *shown = new,

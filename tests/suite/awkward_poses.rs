@@ -44,6 +44,7 @@ fn what_is_far_away_or_tiny_recomputes_nothing() {
     scene.settle();
     scene.move_carver(carver, Transform::from_xyz(79.0, 0.0, 0.0));
     assert_eq!(scene.headless.count_work(scene.volume), Work::default(), "far away");
+    scene.headless.frame();
     assert!(scene.hidden() == hidden, "it hides something");
     assert!(scene.headless.image() == image);
     for scale in [1e-4, 1e-7] {

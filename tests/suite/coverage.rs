@@ -11,6 +11,8 @@ use crate::{
 };
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
+/// Texels along each side of a depth map.
+const MAP_SIZE: u32 = 512;
 const SPACING: DVec3 = DVec3::new(1.0, 0.8, 1.3);
 
 /// A carver: its mesh, what it does, where it is (mm from the volume's centre).
@@ -25,7 +27,7 @@ struct Shape {
 }
 
 impl Shape {
-    fn new((mesh, clip_mesh, pose): &Carver, map_size: u32) -> Self {
+    fn new((mesh, clip_mesh, pose): &Carver) -> Self {
         let placed = mesh.clone().transformed(pose.compute_affine());
         let corners = || mesh.positions.iter().map(|&corner| Vec3::from(corner));
         let extent =
@@ -34,7 +36,7 @@ impl Shape {
             exact: InsideTest::new(&placed),
             keeps: clip_mesh.operation == ClipOperation::Intersect,
             // Half a texel's diagonal, its margin of two 512ths of the mesh on either side counted, and rounding.
-            texel_mm: 0.72 * extent.max_element() / map_size as f32,
+            texel_mm: 0.72 * extent.max_element() / MAP_SIZE as f32,
         }
     }
 }
@@ -97,13 +99,12 @@ fn check(name: &str, carvers: &[Carver], rule: CoverageRule, counted_by: Coverag
     let volume = volume_from(SIZE, SPACING, |_| 1.0);
     let geometry = VolumeGeometry::of(&volume);
     let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
-    scene.set_clip(|clip| clip.coverage = rule);
+    scene.set_clip(|clip| *clip = ClipSettings { coverage: rule, depth_map_size: MAP_SIZE, ..clip.clone() });
     for (mesh, clip_mesh, pose) in carvers {
         scene.carve(mesh.mesh(), clip_mesh.clone(), *pose);
     }
     scene.settle();
-    let map_size = scene.world().resource::<ClipSettings>().depth_map_size;
-    let shapes: Vec<_> = carvers.iter().map(|carver| Shape::new(carver, map_size)).collect();
+    let shapes: Vec<_> = carvers.iter().map(Shape::new).collect();
     // No point is farther from its voxel's centre.
     let reach_mm = 1.03 * geometry.cell_diagonal_mm() as f32;
     let (mut partial, mut skipped, mut compared) = (0, 0, 0);
@@ -128,12 +129,15 @@ fn check(name: &str, carvers: &[Carver], rule: CoverageRule, counted_by: Coverag
         let [least, most] = range.map(|share| (255.0 * share).round() as u8);
         assert!((least..=most).contains(&opacity), "{name}, {voxel}: {opacity}, not {least} to {most}");
         compared += 1;
-        partial += usize::from(least == most && (1..255).contains(&least));
+        // Known to one of 41 points.
+        partial += usize::from((1..255).contains(&least) && most - least <= 7);
     }
     println!("{name}, {rule:?}: {compared} compared, {partial} of them cut, {skipped} skipped");
-    assert!(skipped < compared / 20, "{name}: {skipped} of {compared} voxels cannot be told");
     let is_cut = counted_by != CoverageRule::Center;
-    assert!(if is_cut { partial > 20 } else { compared > 1000 }, "{name}: {partial} voxels are cut");
+    assert!(if is_cut { partial > 50 } else { compared > 1000 }, "{name}: {partial} voxels are cut");
+    // A texel is a twentieth of a voxel; beside two surfaces at once more points are near one.
+    let most_skipped = if rule == counted_by { compared / 10 } else { compared };
+    assert!(skipped < most_skipped, "{name}: {skipped} of {compared} voxels cannot be told");
 }
 
 fn scenes() -> [(&'static str, Vec<Carver>); 5] {

@@ -111,7 +111,7 @@ fn a_carver_that_comes_or_goes_leaves_the_maps_of_the_others() {
             let with = scene.status().passes;
             assert_eq!(with.jobs(SPAN_DEPTH) - before.jobs(SPAN_DEPTH), 1, "depth maps, one beside {count}");
             let dilated = with.jobs(SPAN_DILATE) - before.jobs(SPAN_DILATE);
-            assert!(dilated >= 1 && dilated <= 2, "{dilated} layers dilated, one carver beside {count}");
+            assert!((1..=2).contains(&dilated), "{dilated} layers dilated, one carver beside {count}");
             let image = scene.headless.image();
 
             scene.world().despawn(added);

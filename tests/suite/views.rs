@@ -50,7 +50,7 @@ fn scene_of(volume: Volume, function: TransferFunction, mode: ShadingMode) -> Te
         app.insert_resource(ClearColor(Color::linear_rgb(r, g, b)));
     });
     let volume = scene.volume;
-    let shading = VolumeShading { mode, step_voxels: 0.25, jitter: false };
+    let shading = VolumeShading { mode, step_voxels: 0.125, jitter: false };
     scene.world().entity_mut(volume).insert(shading);
     scene
 }
@@ -72,31 +72,31 @@ fn in_front(pixel: Pixel) -> DVec3 {
 /// Compares a part of the image with what it is to show.
 fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expected: impl Fn(UVec2) -> DVec3) {
     let image = scene.headless.image();
-    let (mut sum, mut far, mut shown, mut most) = (0.0, 0, 0, 0f64);
     let background = BACKGROUND.to_array().map(srgb_byte);
+    let mut differences = Vec::new();
     for index in 0..size.element_product() {
         let pixel = UVec2::new(index % size.x, index / size.x);
         let place = 4 * ((first + pixel).y * IMAGE.x + (first + pixel).x) as usize;
         let expected = expected(pixel).to_array().map(srgb_byte);
-        let farthest =
+        let from =
             |bytes: [f64; 3]| expected.iter().zip(bytes).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let difference = farthest([0, 1, 2].map(|channel| f64::from(image[place + channel])));
-        if difference > 6.0 {
-            println!("{name}: {pixel} {difference} {:?} {expected:?}", &image[place..place + 3]);
+        let difference = from([0, 1, 2].map(|channel| f64::from(image[place + channel])));
+        if from(background) > 8.0 {
+            differences.push(difference);
+        } else {
+            assert!(difference < 10.0, "{name}: {pixel} shows something else than the background");
         }
-        sum += difference;
-        far += usize::from(difference > 4.0);
-        most = most.max(difference);
-        shown += usize::from(farthest(background) > 8.0);
     }
-    let count = size.element_product() as usize;
-    let mean = sum / count as f64;
+    let (shown, count) = (differences.len(), size.element_product() as usize);
+    let mean = differences.iter().sum::<f64>() / shown as f64;
+    let most = differences.iter().copied().fold(0.0, f64::max);
+    let far = differences.iter().filter(|&&difference| difference > 3.0).count();
     println!(
-        "{name}: bytes off by {mean:.3}, at most {most:.1}, {far} by more than 4; {shown} of {count} seen"
+        "{name}: {shown} of {count} pixels, off by {mean:.3} bytes, {far} by more than 3, at most {most:.1}"
     );
     assert!(shown > count / 8, "{name}: {shown} of {count} pixels show the volume");
-    assert!(mean < 0.6, "{name}: pixels are off by {mean} bytes");
-    assert!(far <= count / 200, "{name}: {far} of {count} pixels are off by more than 4 bytes");
+    assert!(mean < 0.7, "{name}: pixels are off by {mean} bytes");
+    assert!(far <= shown / 100, "{name}: {far} of {shown} pixels are off by more than 3 bytes");
 }
 
 const ALL: [UVec2; 2] = [UVec2::ZERO, IMAGE];
@@ -182,7 +182,7 @@ fn every_projection_shows_the_integral() {
         ("orthographic from within", looking_from(-1.0, 0.5, 2.0), orthographic(26.0)),
         ("along an axis", looking_from(0.0, 0.0, 45.0), perspective(0.6)),
         ("from inside", inside, perspective(1.6)),
-        ("off-axis", looking_from(12.0, 25.0, 33.0), Projection::custom(off_axis)),
+        ("off-axis", looking_from(14.0, 25.0, 33.0), Projection::custom(off_axis)),
     ] {
         let camera = scene.camera();
         scene.world().entity_mut(camera).insert((pose, projection));

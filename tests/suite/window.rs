@@ -90,7 +90,7 @@ fn a_view_follows_the_size_of_its_volume() {
         bundle.shading.mode = ShadingMode::Phong;
         let volume = world.spawn(bundle).id();
         headless.until_ready(volume).expect("the volume can be shown");
-        let orbit = headless.app.world().get::<PanOrbitCamera>(camera).expect("the camera").clone();
+        let orbit = *headless.app.world().get::<PanOrbitCamera>(camera).expect("the camera");
         let view = |distance: f32| {
             let place = orbit.target_focus + distance * Vec3::new(0.4, 0.3, 1.0).normalize();
             Transform::from_translation(place).looking_at(orbit.target_focus, Vec3::Y)
