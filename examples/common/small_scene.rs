@@ -144,10 +144,10 @@ impl TestScene {
         world.spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm))).id()
     }
 
-    /// Moves the volume; the transform is that of what is shown, at 0.001 world units a mm.
+    /// Moves the volume, in the world.
     pub fn place_volume(&mut self, pose: Transform) {
-        let (volume, scale) = (self.volume, pose.scale * WORLD_UNITS_PER_MM);
-        self.world().entity_mut(volume).insert(pose.with_scale(scale));
+        let volume = self.volume;
+        self.world().entity_mut(volume).insert(pose);
     }
 
     pub fn move_carver(&mut self, carver: Entity, transform_mm: Transform) {
