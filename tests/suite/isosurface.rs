@@ -11,6 +11,7 @@ use bevy_contextual_ao::{
     volume::WORLD_UNITS_PER_MM,
 };
 
+use crate::integral::srgb_byte;
 use crate::scene::{
     IMAGE, TestScene, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp, solid_volume,
     volume_from,
@@ -60,12 +61,6 @@ fn view_rays(scene: &mut TestScene) -> (DVec3, Vec<DVec3>) {
 fn phong_byte(facing: f64) -> f64 {
     let red = ((0.9f64 + 0.055) / 1.055).powf(2.4);
     srgb_byte(red * (0.3 + 0.7 * facing) + 0.2 * facing.powi(16))
-}
-
-/// The byte that shows a linear value.
-fn srgb_byte(linear: f64) -> f64 {
-    let encoded = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    255.0 * encoded.clamp(0.0, 1.0)
 }
 
 #[test]

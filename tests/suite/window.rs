@@ -11,7 +11,10 @@ use bevy::{
 };
 use bevy_contextual_ao::prelude::*;
 use bevy_panorbit_camera::PanOrbitCamera;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 use crate::{
     common::headless::Headless,
@@ -159,12 +162,13 @@ impl Window {
     }
 
     fn until(&mut self, holds: impl Fn(&Self) -> bool) {
-        for _ in 0..2000 {
+        // Files are read and pictures written meanwhile: that takes time, and not a number of frames.
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(60) {
             if holds(self) {
                 return;
             }
             self.headless.frame();
-            std::thread::sleep(std::time::Duration::from_millis(2));
         }
         let Shown { name, errors, .. } = self.shown();
         panic!("it never came to hold; shown is {name}, errors are {errors:?}");
