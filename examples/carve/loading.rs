@@ -48,7 +48,7 @@ pub struct Shown {
     /// Why files could not be shown.
     pub errors: Vec<String>,
     /// The volume before, which comes back if the new one cannot be shown.
-    before: Option<(String, Handle<Volume>)>,
+    before: Option<Handle<Volume>>,
 }
 
 /// Where a transfer function is from: one from a file stays when another volume is opened.
@@ -64,7 +64,7 @@ pub enum FunctionSource {
 /// Files that are being read.
 #[derive(Resource, Default)]
 pub struct Opening {
-    volume: Option<(String, Handle<Volume>)>,
+    volume: Option<Handle<Volume>>,
     function: Option<Handle<TransferFunction>>,
 }
 
@@ -121,7 +121,7 @@ fn open_dropped(
     shown.errors.clear();
     let path = outside_assets(&open.path);
     match open.kind {
-        FileKind::Volume => opening.volume = Some((name_of(&open.path), assets.load(path))),
+        FileKind::Volume => opening.volume = Some(assets.load(path)),
         FileKind::TransferFunction => opening.function = Some(assets.load(path)),
     }
 }
@@ -145,14 +145,12 @@ fn show_opened(
     let Ok((mut volume, mut function)) = entities.single_mut() else {
         return;
     };
-    if let Some((name, new)) = opening
-        .volume
-        .take_if(|(_, new)| is_read(&assets, new.id(), VolumeFailure::Volume, &mut shown.errors))
+    if let Some(new) =
+        opening.volume.take_if(|new| is_read(&assets, new.id(), VolumeFailure::Volume, &mut shown.errors))
         && new != volume.0
         && assets.is_loaded(&new)
     {
-        let before = core::mem::replace(&mut shown.name, name);
-        shown.before = Some((before, core::mem::replace(&mut volume.0, new)));
+        shown.before = Some(core::mem::replace(&mut volume.0, new));
         if shown.function != FunctionSource::File {
             function.0 = Handle::default();
         }
@@ -193,12 +191,18 @@ fn note(errors: &mut Vec<String>, error: String) {
 /// Describes a volume that is shown; the one before is not needed any more.
 fn describe(
     loaded: On<VolumeLoaded>,
+    assets: Res<AssetServer>,
     volumes: Res<Assets<Volume>>,
     entities: Query<&Volume3d>,
     mut shown: ResMut<Shown>,
 ) {
-    let volume = entities.get(loaded.entity).ok().and_then(|handle| volumes.get(&handle.0));
-    shown.content = volume.map(Content::of);
+    let Ok(handle) = entities.get(loaded.entity) else {
+        return;
+    };
+    shown.content = volumes.get(&handle.0).map(Content::of);
+    if let Some(path) = assets.get_path(handle.id()) {
+        shown.name = name_of(path.path());
+    }
     shown.before = None;
 }
 
@@ -217,8 +221,7 @@ fn note_failure(
     if let Some(LoadState::Failed(_)) = assets.get_load_state(&function.0) {
         function.0 = Handle::default();
         shown.function = FunctionSource::Volume;
-    } else if let Some((name, before)) = shown.before.take() {
-        shown.name = name;
+    } else if let Some(before) = shown.before.take() {
         volume.0 = before;
         if shown.function != FunctionSource::File {
             function.0 = Handle::default();

@@ -243,7 +243,7 @@ fn show_selected(
                 let (width, decimals) = (right - left, decimals(right - left));
                 let value = DragValue::new(&mut point.value).range(low..=high);
                 ui.add(
-                    value.speed(width / PIXELS_PER_VIEW).min_decimals(decimals).max_decimals(decimals + 2),
+                    value.speed(width / PIXELS_PER_VIEW).min_decimals(decimals).max_decimals(decimals + 1),
                 );
                 ui.add(DragValue::new(&mut point.opacity).range(0.0..=1.0).speed(0.01));
                 is_deleted |= ui.add_enabled(!is_last, Button::new("delete")).clicked();

@@ -13,8 +13,8 @@ impl Percentiles {
     /// Values that are looked at, at most; more would not move a percentile by much.
     const SAMPLES: usize = 1 << 19;
 
-    /// Of the histogram in which a peak is sought.
-    const BINS: usize = 256;
+    /// Of the histogram in which a peak is sought: wide enough that no bin falls between the values of eight bits.
+    const BINS: usize = 64;
 
     /// Of a volume.
     pub fn of(volume: &Volume) -> Self {

@@ -247,8 +247,8 @@ fn a_dropped_file_that_cannot_be_shown_changes_nothing() {
         window.drop_file(name);
         window.until(|window| window.shown().errors.len() == 1);
         assert!(window.shown().errors[0].contains(words), "{:?}", window.shown().errors);
-        window.until(|window| window.shown().name == "first.nrrd");
-        window.headless.frames(2);
+        window.headless.frames(5);
+        assert_eq!(window.shown().name, "first.nrrd");
         assert_eq!(window.content(), before, "{name}");
         let summary = window.shown().content.as_ref().map(|content| content.summary.clone());
         assert_eq!(summary.as_deref(), Some("8 x 8 x 8 voxels of 1 x 1 x 1 mm"), "{name}");
