@@ -11,12 +11,13 @@ pub struct VolumeBudget {
     /// Bytes of all that is kept for all volumes together and for the depth maps of carvers. A volume takes 3.8
     /// bytes a voxel if it has 8 bits, 4.8 if it has 16; more on a device that cannot store single bytes (6 more),
     /// and what its [`OcclusionMethod`](crate::occlusion::OcclusionMethod) keeps. A volume beyond it is refused or
-    /// halved; a method beyond it leaves a volume without occlusion; carvers beyond it do not carve. A higher
-    /// budget shows more, as long as the device has the memory; the device cannot be asked how much it has.
+    /// halved; a method beyond it leaves a volume without occlusion; carvers beyond it do not carve. What
+    /// screen-space and direct occlusion keep for each view goes by its pixels, and is not counted. A higher budget
+    /// shows more, as long as the device has the memory; the device cannot be asked how much it has.
     pub most_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
     /// resolution, or a quarter, with a warning, instead of refusing it with
-    /// [`VolumeFailed`](super::VolumeFailed).
+    /// [`VolumeFailed`](super::VolumeFailed). It is shown whole when there is room.
     pub halves: bool,
 }
 

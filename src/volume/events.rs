@@ -72,27 +72,29 @@ pub(super) fn report_unreadable(
 ) {
     let failed: Vec<_> = failed.read().collect();
     let failed_functions: Vec<_> = failed_functions.read().collect();
-    // A file that failed now, or before the entity came.
-    let earlier = |state: Option<LoadState>| match state {
-        Some(LoadState::Failed(error)) => Some(error),
-        _ => None,
-    };
     for (entity, volume, function) in &entities {
-        let now = failed.iter().find(|event| event.id == volume.id());
-        let error = now.map(|event| Arc::new(event.error.clone())).or_else(|| {
-            volume.is_changed().then(|| earlier(asset_server.get_load_state(&volume.0))).flatten()
-        });
-        if let Some(error) = error {
+        let earlier = volume.is_changed().then(|| asset_server.get_load_state(&volume.0)).flatten();
+        if let Some(error) = failure(volume.id(), &failed, earlier) {
             commands.trigger(VolumeFailed { entity, reason: VolumeFailure::Volume(error) });
         }
-        let now = failed_functions.iter().find(|event| event.id == function.id());
-        let error = now.map(|event| Arc::new(event.error.clone())).or_else(|| {
-            function.is_changed().then(|| earlier(asset_server.get_load_state(&function.0))).flatten()
-        });
-        if let Some(error) = error {
+        let earlier = function.is_changed().then(|| asset_server.get_load_state(&function.0)).flatten();
+        if let Some(error) = failure(function.id(), &failed_functions, earlier) {
             commands.trigger(VolumeFailed { entity, reason: VolumeFailure::TransferFunction(error) });
         }
     }
+}
+
+/// Why a file cannot be read that failed now, or, going by its state, before the entity came.
+fn failure<A: Asset>(
+    id: AssetId<A>,
+    now: &[&AssetLoadFailedEvent<A>],
+    earlier: Option<LoadState>,
+) -> Option<Arc<AssetLoadError>> {
+    let now = now.iter().find(|event| event.id == id).map(|event| Arc::new(event.error.clone()));
+    now.or(match earlier {
+        Some(LoadState::Failed(error)) => Some(error),
+        _ => None,
+    })
 }
 
 /// Logs failures that nobody else has logged.

@@ -28,12 +28,58 @@ pub(crate) struct ShownVolume {
     pub revision: u32,
 }
 
+impl ShownVolume {
+    /// Whether it is the volume that was asked for, as it is.
+    fn is_whole(&self) -> bool {
+        self.volume.as_ref().is_some_and(|volume| volume.id() == self.of)
+    }
+}
+
 /// What becomes of a volume.
 enum Fit {
     /// This is shown, the volume itself or a smaller one, and takes so many bytes.
     Shown(Handle<Volume>, u64),
     BeingHalved,
     Refused(TooLarge),
+}
+
+/// What there is for volumes.
+struct Room<'a> {
+    budget: &'a VolumeBudget,
+    stored: StoredBytes,
+    limits: WgpuLimits,
+}
+
+impl Room<'_> {
+    /// What becomes of a volume beside others that take so many bytes.
+    fn fit(
+        &self,
+        handle: &Handle<Volume>,
+        volume: &Volume,
+        others: u64,
+        volumes: &mut Assets<Volume>,
+        halved: &mut HalvedVolumes,
+    ) -> Fit {
+        let size = VolumeSize::of(volume, self.stored);
+        let Err(limit) = self.budget.check(size, &self.limits, others) else {
+            return Fit::Shown(handle.clone(), size.bytes());
+        };
+        let fits = self.budget.halvings(size, &self.limits, others);
+        let would_fit = fits.map(|(_, size)| size.dimensions);
+        let reason = TooLarge { dimensions: volume.dimensions(), limit, would_fit };
+        match fits.filter(|_| self.budget.halves) {
+            Some((halvings, size)) => halved
+                .get(handle.id(), halvings, volume, reason, volumes)
+                .map_or(Fit::BeingHalved, |half| Fit::Shown(half, size.bytes())),
+            None => Fit::Refused(reason),
+        }
+    }
+
+    /// Whether there is room for more of a volume than so many bytes.
+    fn has_more(&self, volume: &Volume, others: u64, bytes: u64) -> bool {
+        let fits = self.budget.halvings(VolumeSize::of(volume, self.stored), &self.limits, others);
+        fits.is_some_and(|(_, size)| size.bytes() > bytes)
+    }
 }
 
 /// Decides what is shown of volumes that came or changed. While a volume is being read or halved, or if it is
@@ -59,14 +105,14 @@ pub(super) fn fit_volumes(
         ..default()
     };
     let limits = device.map_or_else(unlimited, |device| device.limits());
+    let room = Room { budget: &budget, stored: *stored, limits };
     let mut by_volumes: u64 = entities.iter().filter_map(|(_, _, shown)| Some(shown?.bytes)).sum();
     for (entity, handle, shown) in &mut entities {
         let id = handle.id();
         let current = shown.as_deref().cloned().filter(|shown| shown.of == id);
-        let is_decided = current.as_ref().is_some_and(|current| {
-            current.budget == *budget && !current.is_refused && !modified.contains(&id)
-        });
-        if is_decided {
+        let same = |shown: &&ShownVolume| shown.budget == *budget && !modified.contains(&id);
+        let decided = current.as_ref().filter(same);
+        if decided.is_some_and(ShownVolume::is_whole) {
             continue;
         }
         let Some(volume) = volumes.get(id).cloned() else {
@@ -79,35 +125,22 @@ pub(super) fn fit_volumes(
         let (before, own, revision) =
             shown.as_ref().map_or((None, 0, 0), |shown| (shown.volume.clone(), shown.bytes, shown.revision));
         let others = by_volumes - own + taken.by_methods + taken.by_carvers;
-        let size = VolumeSize::of(&volume, *stored);
-        let fit = match budget.check(size, &limits, others) {
-            Ok(()) => Fit::Shown(handle.0.clone(), size.bytes()),
-            Err(limit) => {
-                let fits = budget.halvings(size, &limits, others);
-                let too_large = |size: Option<VolumeSize>| TooLarge {
-                    dimensions: volume.dimensions(),
-                    limit,
-                    would_fit: size.map(|size| size.dimensions),
-                };
-                match fits.filter(|_| budget.halves) {
-                    Some((halvings, size)) => {
-                        let reason = too_large(Some(size));
-                        halved
-                            .get(id, halvings, &volume, reason, &mut volumes)
-                            .map_or(Fit::BeingHalved, |half| Fit::Shown(half, size.bytes()))
-                    }
-                    None => Fit::Refused(too_large(fits.map(|(_, size)| size))),
-                }
-            }
-        };
+        if decided.is_some_and(|shown| !shown.is_refused && !room.has_more(&volume, others, shown.bytes)) {
+            continue;
+        }
+        let fit = room.fit(&handle.0, &volume, others, &mut volumes, &mut halved);
         let (volume, bytes, is_refused) = match fit {
+            // A smaller one stays until there is room for more of it.
+            Fit::Shown(_, bytes)
+                if decided.is_some_and(|shown| !shown.is_refused && bytes <= shown.bytes) =>
+            {
+                continue;
+            }
             Fit::Shown(volume, bytes) => (Some(volume), bytes, false),
             Fit::BeingHalved => continue,
             Fit::Refused(reason) => {
-                let was_told = current.as_ref().is_some_and(|current| {
-                    current.is_refused && current.budget == *budget && !modified.contains(&id)
-                });
-                if was_told {
+                if decided.is_some() {
+                    // It was told before.
                     continue;
                 }
                 commands.trigger(VolumeFailed { entity, reason: reason.into() });

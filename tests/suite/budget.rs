@@ -51,13 +51,18 @@ fn scene(is_wide: bool, method: OcclusionMethod) -> TestScene {
 }
 
 /// What a scene tells with such a budget, and what it takes.
-fn with_budget(is_wide: bool, method: OcclusionMethod, most_bytes: u64) -> (usize, u64) {
-    let mut scene = scene(is_wide, method);
+fn with_budget(scene: &mut TestScene, most_bytes: u64) -> (usize, u64) {
+    scene.world().insert_resource(Told::default());
     scene.world().resource_mut::<VolumeBudget>().most_bytes = most_bytes;
     scene.headless.frames(5);
     let told = scene.world().resource::<Told>();
     let told = told.failed.len() + told.unoccluded.len();
     (told, scene.status().usage.bytes)
+}
+
+/// What a scene of 8 bits takes, without anything that its occlusion keeps.
+fn bytes_of_rays() -> u64 {
+    with_budget(&mut scene(false, OcclusionMethod::Rays), 4 << 30).1
 }
 
 #[test]
@@ -77,10 +82,11 @@ fn the_budget_counts_what_is_allocated() {
         filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
     ];
     for (is_wide, method) in methods.into_iter().map(|method| (false, method)).chain([(true, methods[0])]) {
-        let (told, bytes) = with_budget(is_wide, method, 4 << 30);
+        let mut scene = scene(is_wide, method);
+        let (told, bytes) = with_budget(&mut scene, 4 << 30);
         assert_eq!(told, 0, "{method:?}");
-        assert_eq!(with_budget(is_wide, method, bytes), (0, bytes), "{method:?} does not fit what it takes");
-        let (told, less) = with_budget(is_wide, method, bytes - 1);
+        assert_eq!(with_budget(&mut scene, bytes), (0, bytes), "{method:?} does not fit what it takes");
+        let (told, less) = with_budget(&mut scene, bytes - 1);
         assert!(told > 0 && less < bytes, "{method:?}: {told} told, {less} of {bytes} bytes");
     }
 }
@@ -88,7 +94,7 @@ fn the_budget_counts_what_is_allocated() {
 #[test]
 fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
     let method = OcclusionMethod::Filtering(default());
-    let (_, bytes) = with_budget(false, OcclusionMethod::Rays, 4 << 30);
+    let bytes = bytes_of_rays();
     let mut scene = scene(false, method);
     // Room for two volumes of this size, and for what filtering keeps of neither.
     scene.world().resource_mut::<VolumeBudget>().most_bytes = 2 * bytes;
@@ -122,7 +128,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
 
 #[test]
 fn a_volume_that_was_refused_comes_when_another_goes() {
-    let (_, bytes) = with_budget(false, OcclusionMethod::Rays, 4 << 30);
+    let bytes = bytes_of_rays();
     let mut scene = scene(false, OcclusionMethod::Rays);
     scene.world().resource_mut::<VolumeBudget>().most_bytes = bytes;
     scene.settle();
@@ -140,6 +146,37 @@ fn a_volume_that_was_refused_comes_when_another_goes() {
     scene.headless.frames(4);
     assert_eq!(different_pixels(&scene.headless.image(), &image), 0);
     assert_eq!(scene.world().resource::<Told>().failed.len(), 1);
+}
+
+#[test]
+fn a_volume_that_was_halved_is_whole_when_another_goes() {
+    let bytes = bytes_of_rays();
+    let mut scene = scene(false, OcclusionMethod::Rays);
+    scene.settle();
+    let image = scene.headless.image();
+    // The second fits beside the first only at half its size.
+    *scene.world().resource_mut::<VolumeBudget>() =
+        VolumeBudget { most_bytes: bytes + 3 * bytes / 5, halves: true };
+    let first = scene.volume;
+    let world = scene.world();
+    let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
+    let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
+    let second = world.spawn((Volume3d(data), function, few_rays(), Visibility::Hidden)).id();
+    // It is halved in the background.
+    let both = |scene: &TestScene| scene.status().usage.bytes > bytes;
+    for _ in 0..200 {
+        scene.headless.frame();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+        if both(&scene) {
+            break;
+        }
+    }
+    assert!(both(&scene), "the second is not there: {} of {bytes} bytes", scene.status().usage.bytes);
+    scene.world().despawn(first);
+    scene.world().entity_mut(second).insert(Visibility::Visible);
+    scene.headless.frames(6);
+    assert_eq!(different_pixels(&scene.headless.image(), &image), 0);
+    assert!(scene.world().resource::<Told>().failed.is_empty());
 }
 
 #[test]
