@@ -1,6 +1,8 @@
 //! Screen-space occlusion against a direct evaluation of its kernel on what view rays hit of boxes, and what
 //! it does in scenes: white things on black show the factor itself.
 
+mod reference;
+
 use bevy::{
     camera::Viewport,
     math::{DVec2, DVec3},
@@ -10,19 +12,15 @@ use bevy_contextual_ao::{
     diagnostics::{SPAN_SCREEN_SPACE, TimePassesByClock},
     occlusion::ScreenSpaceOcclusion,
     prelude::*,
-    volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
+    volume::VolumeGeometry,
 };
 
 use crate::scene::{IMAGE, TestScene, in_world_units, solid_volume, volume_from};
-
-/// A box by its lowest and highest corner, mm from the volume's centre.
-type Block = [DVec3; 2];
+use reference::{Block, EYE, Lens, Reference, looking_from};
 
 /// A slab that lies across the view, and a block on its left half: a step of 6 mm.
 const SLAB: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(10.0, 10.0, -2.0)];
 const STEP: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(0.0, 10.0, 4.0)];
-/// From where the step is seen, mm.
-const EYE: DVec3 = DVec3::new(10.0, 6.0, 34.0);
 
 /// Half of the points lie within 6 mm, as high as the step is. No blur, so that single pixels are compared.
 const SETTINGS: ScreenSpaceOcclusion = ScreenSpaceOcclusion {
@@ -56,10 +54,6 @@ fn scene(volume: Volume, settings: ScreenSpaceOcclusion) -> TestScene {
     scene
 }
 
-fn looking_from(eye_mm: DVec3) -> Transform {
-    Transform::from_translation(eye_mm.as_vec3() * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
-}
-
 /// The linear red of each pixel.
 fn reds(scene: &TestScene) -> Vec<f64> {
     let linear = |byte: u8| {
@@ -69,134 +63,13 @@ fn reds(scene: &TestScene) -> Vec<f64> {
     scene.headless.image().chunks(4).map(|pixel| linear(pixel[0])).collect()
 }
 
-/// How a view is projected.
-#[derive(Clone, Copy)]
-enum Lens {
-    /// Half the height of the image one unit in front of the camera.
-    Perspective(f64),
-    /// Half the height of the image, mm.
-    Orthographic(f64),
-}
-
-/// The evaluation.
-struct Reference<'a> {
-    blocks: &'a [Block],
-    lens: Lens,
-    settings: ScreenSpaceOcclusion,
-}
-
-/// What a pixel shows, view space (mm).
-#[derive(Clone, Copy)]
-struct Hit {
-    point: DVec3,
-    normal: DVec3,
-}
-
-impl Reference<'_> {
-    /// Where a ray enters the first block, and the normal there.
-    fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
-        let hits = self.blocks.iter().filter_map(|[low, high]| {
-            let (a, b) = ((*low - origin) / direction, (*high - origin) / direction);
-            let (entries, exits) = (a.min(b), a.max(b));
-            let entry = entries.max_element();
-            let normal = DVec3::select(entries.cmpge(DVec3::splat(entry)), -direction.signum(), DVec3::ZERO);
-            (entry < exits.min_element() && entry > 0.0).then_some((entry, normal))
-        });
-        hits.min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    /// What the pixels show, and for each whether it lies on a face, away from its edges and creases: there
-    /// a volume of voxels is round.
-    fn hits(&self) -> Vec<Option<(Hit, bool)>> {
-        let turn = looking_from(EYE).rotation.as_dquat();
-        let pixels = (0..IMAGE.y).flat_map(|y| (0..IMAGE.x).map(move |x| UVec2::new(x, y)));
-        let hit = |pixel: UVec2| {
-            let place =
-                (pixel.as_dvec2() + 0.5) / IMAGE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
-            let (origin, direction) = match self.lens {
-                Lens::Perspective(half) => (EYE, turn * (place * half).extend(-1.0)),
-                Lens::Orthographic(half) => (EYE + turn * (place * half).extend(0.0), turn * DVec3::NEG_Z),
-            };
-            let (t, normal) = self.first_hit(origin, direction)?;
-            let local = origin + t * direction;
-            let is_near = |plane: f64, at: f64| (plane - at).abs() < 2.0;
-            let near_axis =
-                |axis: usize| self.blocks.iter().flatten().any(|corner| is_near(corner[axis], local[axis]));
-            let is_on_face = (0..3).filter(|&axis| near_axis(axis)).count() == 1;
-            let view = turn.inverse();
-            Some((Hit { point: view * (local - EYE), normal: view * normal }, is_on_face))
-        };
-        pixels.map(hit).collect()
-    }
-
-    /// The factor of a pixel.
-    fn factor(&self, hits: &[Option<(Hit, bool)>], kernel: &[Vec3], pixel: UVec2) -> Option<f64> {
-        let at = |pixel: UVec2| hits[(pixel.y * IMAGE.x + pixel.x) as usize].map(|(hit, _)| hit);
-        let Hit { point: center, normal } = at(pixel)?;
-        // The 16 angles, as Bayer's matrix has them.
-        const RANKS: [[u32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
-        let rank = RANKS[(pixel.y % 4) as usize][(pixel.x % 4) as usize];
-        let (sin, cos) = (f64::from(rank) / 16.0 * core::f64::consts::TAU).sin_cos();
-        let towards = DVec3::new(cos, sin, 0.0);
-        let tangent = (towards - normal * towards.dot(normal)).normalize();
-        let bitangent = normal.cross(tangent);
-        let [radius, bias] =
-            [self.settings.radius_mm, self.settings.bias_mm].map(|mm| f64::from(mm.expect("set")));
-        let hidden = kernel.iter().map(|offset| {
-            let offset = radius * offset.as_dvec3();
-            let point = center + tangent * offset.x + bitangent * offset.y + normal * offset.z;
-            let ndc = match self.lens {
-                Lens::Perspective(half) => point.truncate() / (-point.z * half),
-                Lens::Orthographic(half) => point.truncate() / half,
-            };
-            let place = (ndc * DVec2::new(0.5, -0.5) + 0.5) * IMAGE.as_dvec2();
-            if place.cmplt(DVec2::ZERO).any() || place.cmpge(IMAGE.as_dvec2()).any() {
-                return 0.0;
-            }
-            let Some(seen) = at(place.as_uvec2()) else { return 0.0 };
-            let x = (radius / (seen.point.z - center.z).abs().max(1e-9)).min(1.0);
-            if seen.point.z >= point.z + bias { x * x * (3.0 - 2.0 * x) } else { 0.0 }
-        });
-        Some(1.0 - hidden.sum::<f64>() / kernel.len() as f64)
-    }
-
-    /// Compares an image with the evaluation. Returns how many pixels were, and how many of them the step
-    /// darkens.
-    fn compare(&self, scene: &TestScene) -> (usize, usize) {
-        let (image, hits, kernel) = (reds(scene), self.hits(), self.settings.kernel());
-        let (mut compared, mut darkened, mut sum, mut far) = (0, 0, 0.0, 0);
-        for index in (0..image.len()).filter(|&index| hits[index].is_some_and(|(_, is_on_face)| is_on_face)) {
-            let pixel = UVec2::new(index as u32 % IMAGE.x, index as u32 / IMAGE.x);
-            let expected = self.factor(&hits, &kernel, pixel).expect("it shows something");
-            let difference = (image[index] - expected).abs();
-            compared += 1;
-            darkened += usize::from(expected < 0.9);
-            sum += difference;
-            far += usize::from(difference > 3.5 / 64.0);
-        }
-        let mean = sum / compared as f64;
-        println!("{compared} pixels, {darkened} dark: mean difference {mean:.5}, {far} far off");
-        // The surface lies within a tenth of a voxel of the blocks' faces and is round at their edges: of 64
-        // points one or two that lie about as deep as what is seen there may be on the other side. Bytes
-        // round by 0.002 (sRGB, of white).
-        assert!(mean <= 0.006, "mean difference {mean}");
-        assert!(far <= compared / 50, "{far} of {compared} are off by more than 3 points of 64");
-        (compared, darkened)
-    }
-}
-
-/// What `PerspectiveProjection` has by default.
-fn default_lens() -> Lens {
-    Lens::Perspective((core::f64::consts::FRAC_PI_4 * 0.5).tan())
-}
-
 #[test]
 fn a_step_darkens_as_its_geometry_says() {
     let blocks = [SLAB, STEP];
     let mut scene = scene(volume_of(&blocks), SETTINGS);
     scene.settle();
-    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
-    let (compared, darkened) = reference.compare(&scene);
+    let reference = Reference { blocks: &blocks, lens: Lens::default(), settings: SETTINGS };
+    let (compared, darkened) = reference.compare(&reds(&scene));
     assert!(compared > 2000 && darkened > 200, "{compared} pixels, {darkened} dark");
 
     // Parallel rays.
@@ -205,7 +78,7 @@ fn a_step_darkens_as_its_geometry_says() {
     scene.world().entity_mut(camera).insert(Projection::Orthographic(projection));
     scene.headless.frames(3);
     let lens = Lens::Orthographic(0.4 * f64::from(IMAGE.y) / 2.0);
-    let (compared, darkened) = Reference { blocks: &blocks, lens, settings: SETTINGS }.compare(&scene);
+    let (compared, darkened) = Reference { blocks: &blocks, lens, settings: SETTINGS }.compare(&reds(&scene));
     assert!(compared > 1200 && darkened > 120, "{compared} pixels, {darkened} dark");
 }
 
@@ -222,7 +95,7 @@ fn meshes_and_volumes_darken_each_other() {
     let place = in_world_units(Transform::from_translation((0.5 * (low + high)).as_vec3()));
     let mesh = world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place)).id();
     scene.settle();
-    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
+    let reference = Reference { blocks: &blocks, lens: Lens::default(), settings: SETTINGS };
     let hits = reference.hits();
     let shown = hits.iter().flatten().count();
     // The mesh's shaders are read meanwhile.
@@ -231,18 +104,18 @@ fn meshes_and_volumes_darken_each_other() {
     };
     assert!(scene.headless.frames_until(shows_all), "the mesh is not drawn");
     scene.headless.frames(3);
-    reference.compare(&scene);
+    reference.compare(&reds(&scene));
     // The same by the first of several samples of each pixel's depth.
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert(Msaa::Sample4);
     scene.headless.frames(3);
     assert!(scene.headless.frames_until(shows_all), "nothing is drawn with several samples");
-    reference.compare(&scene);
+    reference.compare(&reds(&scene));
     scene.world().despawn(mesh);
     scene.headless.frames(3);
     // A flat slab by itself is open everywhere.
     let alone = Reference { blocks: &blocks[..1], ..reference };
-    assert_eq!(alone.compare(&scene).1, 0, "dark without the mesh");
+    assert_eq!(alone.compare(&reds(&scene)).1, 0, "dark without the mesh");
 }
 
 #[test]
@@ -259,8 +132,8 @@ fn of_several_volumes_the_nearest_counts() {
     scene.settle();
     scene.headless.until_ready(step).expect("it can be shown");
     scene.headless.frames(3);
-    let reference = Reference { blocks: &blocks, lens: default_lens(), settings: SETTINGS };
-    let (compared, darkened) = reference.compare(&scene);
+    let reference = Reference { blocks: &blocks, lens: Lens::default(), settings: SETTINGS };
+    let (compared, darkened) = reference.compare(&reds(&scene));
     assert!(compared > 2000 && darkened > 200, "{compared} pixels, {darkened} dark");
 }
 
