@@ -17,8 +17,8 @@ use crate::{
         inside::InsideTest,
         shapes::Triangles,
         stability::{
-            inside_test::{concave_meshes, judge},
-            motion::solid_scene,
+            inside_test::{Judge, concave_meshes},
+            motion::SolidScene,
         },
     },
     exact::assert_exact,
@@ -68,11 +68,12 @@ fn untouched_image() -> Vec<u8> {
 
 #[test]
 fn faces_edge_on_to_the_clip_camera_are_no_gap() {
+    let mut judge = Judge::new(30);
     for (name, mesh) in [
         ("box", Triangles::cuboid(Vec3::new(12.0, 9.0, 7.0))),
         ("plate", Triangles::cuboid(Vec3::new(12.0, 12.0, 2.0))),
     ] {
-        let verdict = judge(&mesh, &mesh, 30, |_| {});
+        let verdict = judge.judge(&mesh, &mesh, |_| {});
         assert_eq!((verdict.far_wrong, verdict.layers), (0, 1), "{name}");
         assert!(verdict.inside > 300, "{name}: {} points inside", verdict.inside);
     }
@@ -91,8 +92,10 @@ fn a_carver_thinner_than_a_voxel_is_exact() {
         scene.settle();
         assert!(scene.hidden() == hidden, "{name}");
         // Of voxels that are all opaque it takes as much as it is large.
-        let (solid, _) = solid_scene(&Triangles::cuboid(size), tilted, |_| {});
-        let taken: f32 = solid.opacities().iter().map(|opacity| 1.0 - f32::from(*opacity) / 255.0).sum();
+        let mut solid = SolidScene::new();
+        solid.carve(&Triangles::cuboid(size), tilted, |_| {});
+        let taken: f32 =
+            solid.scene.opacities().iter().map(|opacity| 1.0 - f32::from(*opacity) / 255.0).sum();
         let share = taken / size.element_product();
         // A voxel stands for twice its size, so that all together count each place eight times, and an eighth of it.
         // Lines are a voxel apart: a plate they meet everywhere, a needle between them nowhere.
@@ -197,7 +200,7 @@ fn meshes_that_cannot_carve_say_why() {
 fn a_million_triangles_are_carved_exactly() {
     let sphere = Triangles::sphere(9.0, 500);
     assert!(sphere.indices.len() > 990_000, "{}", sphere.indices.len());
-    let verdict = judge(&sphere, &sphere, 24, |_| {});
+    let verdict = Judge::new(24).judge(&sphere, &sphere, |_| {});
     assert_eq!((verdict.far_wrong, verdict.layers), (0, 1));
 }
 
@@ -205,7 +208,7 @@ fn a_million_triangles_are_carved_exactly() {
 fn more_layers_than_allowed_are_filled_with_a_warning() {
     let (_, knot) =
         concave_meshes().into_iter().find(|(name, _)| name == "trefoil tube turned").expect("a trefoil");
-    let has = judge(&knot, &knot, 24, |_| {}).layers;
+    let has = Judge::new(24).judge(&knot, &knot, |_| {}).layers;
     assert!(has > 1);
     let mut scene = scene();
     scene.set_clip(|clip| clip.most_layers = 1);

@@ -57,8 +57,9 @@ pub fn shapes(voxels: u32, report: &mut impl FnMut(Figure)) {
     // Where flipped faces happen to balance along a line of sight, nothing tells what is inside.
     let bowl = Triangles::bowl(14.0, 11.0, 64).rotated(Quat::from_rotation_x(1.1));
     cases.push(("bowl, every other face flipped".into(), bowl.clone().half_flipped(), bowl, None));
+    let mut judge = Judge::new(voxels);
     for (name, mesh, truth, bound) in cases {
-        let verdict = judge(&mesh, &truth, voxels, |_| {});
+        let verdict = judge.judge(&mesh, &truth, |_| {});
         let figure = |figure, unit, bound, value| Figure {
             case: name.clone(),
             method: "peeled layers".into(),
@@ -85,51 +86,67 @@ pub struct Verdict {
     pub inside: usize,
 }
 
-/// Compares the clip test of a mesh at the voxel centres of a cube with the exact test of another,
-/// of the same bounds.
-pub fn judge(
-    mesh: &Triangles,
-    truth: &Triangles,
+/// A cube of voxels, whose centres are tested.
+pub struct Judge {
+    scene: TestScene,
     voxels: u32,
-    change: impl FnOnce(&mut ClipSettings),
-) -> Verdict {
-    let (lower, upper) = mesh.positions.iter().fold((Vec3::MAX, Vec3::MIN), |(lower, upper), &p| {
-        (lower.min(Vec3::from(p)), upper.max(Vec3::from(p)))
-    });
-    let to_center = Affine3A::from_translation(-0.5 * (lower + upper));
-    let centered = mesh.clone().transformed(to_center);
-    let half = 0.5 * (upper - lower);
-    let volume = solid_volume(UVec3::splat(voxels));
-    let geometry = VolumeGeometry::of(&volume);
-    // The mesh fills the volume but for a voxel; odd factors keep its flat faces off voxel centres.
-    let fit = (0.5 * voxels as f32 - 1.07) / half.max_element();
-    let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Phong);
-    scene.set_clip(|clip| {
-        clip.coverage = CoverageRule::Center;
-        change(clip);
-    });
-    let map_size = scene.world().resource::<ClipSettings>().depth_map_size;
-    scene.carve_with(&centered, Transform::from_scale(Vec3::splat(fit)));
-    scene.settle();
-    scene.headless.frame();
-    // The larger side of a texel, mesh units: the clip camera looks along the shortest side.
-    let frame = ClipFrame::around(Vec3::ZERO, half).expect("the mesh has an extent");
-    let texels_per_unit = frame.clip_from_local().matrix3.transpose();
-    let texel =
-        (texels_per_unit.x_axis.length().min(texels_per_unit.y_axis.length()) * map_size as f32).recip();
-    let exact = InsideTest::new(&truth.clone().transformed(to_center));
-    let opacities = scene.opacities();
-    let (mut far_wrong, mut wrong, mut inside) = (0, 0, 0);
-    for (index, &opacity) in (0u32..).zip(&opacities) {
-        let voxel = voxel_at(index, UVec3::splat(voxels));
-        let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3()).as_vec3() / fit;
-        let is_inside = exact.contains(p);
-        inside += usize::from(is_inside);
-        if is_inside != (opacity == 0) {
-            wrong += 1;
-            far_wrong += usize::from(exact.distance(p) > texel);
-        }
+    carver: Option<Entity>,
+}
+
+impl Judge {
+    /// With so many voxels per side.
+    pub fn new(voxels: u32) -> Self {
+        let volume = solid_volume(UVec3::splat(voxels));
+        let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Phong);
+        scene.set_clip(|clip| clip.coverage = CoverageRule::Center);
+        Self { scene, voxels, carver: None }
     }
-    let layers = scene.status().clip_layers;
-    Verdict { layers, far_wrong, wrong_share: wrong as f64 / opacities.len() as f64, inside }
+
+    /// Compares the clip test of a mesh with the exact test of another, of the same bounds.
+    pub fn judge(
+        &mut self,
+        mesh: &Triangles,
+        truth: &Triangles,
+        change: impl FnOnce(&mut ClipSettings),
+    ) -> Verdict {
+        let (lower, upper) = mesh.positions.iter().fold((Vec3::MAX, Vec3::MIN), |(lower, upper), &p| {
+            (lower.min(Vec3::from(p)), upper.max(Vec3::from(p)))
+        });
+        let to_center = Affine3A::from_translation(-0.5 * (lower + upper));
+        let centered = mesh.clone().transformed(to_center);
+        let half = 0.5 * (upper - lower);
+        let size = UVec3::splat(self.voxels);
+        let geometry = VolumeGeometry::of(&solid_volume(size));
+        // The mesh fills the volume but for a voxel; odd factors keep its flat faces off voxel centres.
+        let fit = (0.5 * self.voxels as f32 - 1.07) / half.max_element();
+        let scene = &mut self.scene;
+        if let Some(before) = self.carver.take() {
+            scene.world().despawn(before);
+        }
+        scene.set_clip(change);
+        let map_size = scene.world().resource::<ClipSettings>().depth_map_size;
+        self.carver = Some(scene.carve_with(&centered, Transform::from_scale(Vec3::splat(fit))));
+        scene.settle();
+        scene.headless.frame();
+        // The larger side of a texel, mesh units: the clip camera looks along the shortest side.
+        let frame = ClipFrame::around(Vec3::ZERO, half).expect("the mesh has an extent");
+        let texels_per_unit = frame.clip_from_local().matrix3.transpose();
+        let texel =
+            (texels_per_unit.x_axis.length().min(texels_per_unit.y_axis.length()) * map_size as f32).recip();
+        let exact = InsideTest::new(&truth.clone().transformed(to_center));
+        let opacities = scene.opacities();
+        let (mut far_wrong, mut wrong, mut inside) = (0, 0, 0);
+        for (index, &opacity) in (0u32..).zip(&opacities) {
+            let voxel = voxel_at(index, size);
+            let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3()).as_vec3() / fit;
+            let is_inside = exact.contains(p);
+            inside += usize::from(is_inside);
+            if is_inside != (opacity == 0) {
+                wrong += 1;
+                far_wrong += usize::from(exact.distance(p) > texel);
+            }
+        }
+        let layers = scene.status().clip_layers;
+        Verdict { layers, far_wrong, wrong_share: wrong as f64 / opacities.len() as f64, inside }
+    }
 }

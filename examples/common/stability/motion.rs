@@ -45,17 +45,34 @@ fn cases() -> [Case; 6] {
     ]
 }
 
-/// A carver in a solid, opaque volume: the opacity of a voxel is its coverage.
-pub fn solid_scene(
-    mesh: &Triangles,
-    pose: Transform,
-    change: impl FnOnce(&mut ClipSettings),
-) -> (TestScene, Entity) {
-    let mut scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
-    scene.set_clip(change);
-    let carver = scene.carve_with(mesh, pose);
-    scene.settle();
-    (scene, carver)
+/// A solid, opaque volume, with one carver after another: the opacity of a voxel is its coverage.
+pub struct SolidScene {
+    pub scene: TestScene,
+    carver: Option<Entity>,
+}
+
+impl SolidScene {
+    pub fn new() -> Self {
+        let scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
+        Self { scene, carver: None }
+    }
+
+    /// Carves with a mesh, in place of the one before.
+    pub fn carve(
+        &mut self,
+        mesh: &Triangles,
+        pose: Transform,
+        change: impl FnOnce(&mut ClipSettings),
+    ) -> Entity {
+        if let Some(before) = self.carver.take() {
+            self.scene.world().despawn(before);
+        }
+        self.scene.set_clip(change);
+        let carver = self.scene.carve_with(mesh, pose);
+        self.carver = Some(carver);
+        self.scene.settle();
+        carver
+    }
 }
 
 /// What is watched from frame to frame.
@@ -69,11 +86,17 @@ const WATCHED: [[&str; 2]; 3] = [
 ];
 
 impl Watched {
-    fn of(case: &Case, rule: CoverageRule, frames: u32, pose: impl Fn(u32) -> Transform) -> Self {
-        let (mut scene, carver) = solid_scene(&case.mesh, case.pose, |clip| clip.coverage = rule);
+    fn of(
+        solid: &mut SolidScene,
+        case: &Case,
+        rule: CoverageRule,
+        frames: u32,
+        pose: impl Fn(u32) -> Transform,
+    ) -> Self {
         // Occlusion is watched where the camera does not see it as well.
-        scene.world().insert_resource(Shortcuts { demand: false, ..default() });
-        scene.settle();
+        solid.scene.world().insert_resource(Shortcuts { demand: false, ..default() });
+        let carver = solid.carve(&case.mesh, case.pose, |clip| clip.coverage = rule);
+        let scene = &mut solid.scene;
         let mut watched = Self::default();
         for frame in 0..=frames {
             scene.move_carver(carver, pose(frame));
@@ -91,14 +114,14 @@ impl Watched {
 /// Watches both rules; `bounds_largest` is the default's bound on the largest change of coverage,
 /// as a share of the published rule's.
 fn compare(
-    name: String,
-    case: &Case,
+    solid: &mut SolidScene,
+    (name, case): (String, &Case),
     frames: u32,
     pose: impl Fn(u32) -> Transform,
     bounds_largest: Option<f64>,
     report: &mut impl FnMut(Figure),
 ) {
-    let watched = RULES.map(|rule| Watched::of(case, rule, frames, &pose));
+    let watched = RULES.map(|rule| Watched::of(solid, case, rule, frames, &pose));
     for (k, figures) in WATCHED.into_iter().enumerate() {
         let [published, default] = [&watched[0].0[k], &watched[1].0[k]];
         for (rule, changes, other) in [(RULES[0], published, default), (RULES[1], default, published)] {
@@ -120,6 +143,7 @@ fn compare(
 
 /// Carvers move by 1/32 voxel per frame, in an oblique direction and along a grid axis.
 pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
+    let mut solid = SolidScene::new();
     for case in &cases() {
         for (direction, name) in [(Vec3::new(0.48, 0.6, 0.64), "oblique"), (Vec3::X, "along x")] {
             let pose = |frame| {
@@ -127,13 +151,15 @@ pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
                 case.pose.with_translation(moved)
             };
             // At least halved.
-            compare(format!("sweep {name}, {}", case.name), case, frames, pose, Some(0.5), report);
+            let name = format!("sweep {name}, {}", case.name);
+            compare(&mut solid, (name, case), frames, pose, Some(0.5), report);
         }
     }
 }
 
 /// A tracked hand's noise: up to 0.1 mm and 0.1 degree.
 pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
+    let mut solid = SolidScene::new();
     for case in &cases()[..4] {
         let pose = |frame| {
             let mut random = Random(u64::from(frame) * 0x9e37_79b9 + 1);
@@ -145,15 +171,20 @@ pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
                 scale: case.pose.scale,
             }
         };
-        compare(format!("tremor, {}", case.name), case, frames, pose, None, report);
+        compare(&mut solid, (format!("tremor, {}", case.name), case), frames, pose, None, report);
     }
 }
 
 /// How far coverage is from the exact share of the box of [-1, 1]^3 voxels that is outside the
 /// mesh, over voxels that the surface passes through.
 pub fn coverage_errors(voxels: usize, report: &mut impl FnMut(Figure)) {
+    let mut solid = SolidScene::new();
     for case in &cases() {
-        let [published, default] = RULES.map(|rule| coverage_error(case, rule, voxels));
+        let exact = InsideTest::new(&case.mesh);
+        let [published, default] = RULES.map(|rule| {
+            solid.carve(&case.mesh, case.pose, |clip| clip.coverage = rule);
+            coverage_error(&solid.scene, &exact, case.pose, voxels)
+        });
         for (rule, error, bound) in [(RULES[0], published, None), (RULES[1], default, Some(published))] {
             for (figure, value, bound) in [
                 ("RMS error of coverage", error.rms, bound.map(|bound| bound.rms)),
@@ -175,13 +206,8 @@ pub struct Error {
     pub largest: f64,
 }
 
-fn coverage_error(case: &Case, rule: CoverageRule, voxels: usize) -> Error {
-    let (scene, _) = solid_scene(&case.mesh, case.pose, |clip| clip.coverage = rule);
-    coverage_error_of(&scene, &InsideTest::new(&case.mesh), case.pose, voxels)
-}
-
 /// The error of the coverage of a solid scene's voxels, with a mesh at a pose (mm).
-pub fn coverage_error_of(scene: &TestScene, exact: &InsideTest, pose: Transform, voxels: usize) -> Error {
+pub fn coverage_error(scene: &TestScene, exact: &InsideTest, pose: Transform, voxels: usize) -> Error {
     let opacities = scene.opacities();
     let geometry = VolumeGeometry::of(&solid_volume(SIZE));
     let mesh_from_volume = pose.to_matrix().inverse();

@@ -7,8 +7,8 @@ use bevy_contextual_ao::diagnostics::{SPAN_CLIP, SPAN_DEPTH, SPAN_DILATE};
 use super::{
     super::{inside::InsideTest, shapes::Triangles},
     Figure,
-    inside_test::judge,
-    motion::{coverage_error_of, solid_scene},
+    inside_test::Judge,
+    motion::{SolidScene, coverage_error},
 };
 
 /// Measures maps of these sizes.
@@ -21,12 +21,14 @@ pub fn table(sizes: &[u32], voxels: usize, report: &mut impl FnMut(Figure)) {
         ("turned box", Triangles::cuboid(Vec3::new(14.0, 11.0, 12.0)).rotated(Quat::from_rotation_x(0.5))),
         ("trefoil tube", Triangles::trefoil_tube(3.0, 1.2, 240, 24)),
     ];
+    let (mut solid, mut judge) = (SolidScene::new(), Judge::new(40));
     for (name, mesh) in shapes {
         let exact = InsideTest::new(&mesh);
         for &size in sizes {
-            let (mut scene, _) = solid_scene(&mesh, tilted, |clip| clip.depth_map_size = size);
-            let error = coverage_error_of(&scene, &exact, tilted, voxels);
-            let wrong = judge(&mesh, &mesh, 40, |clip| clip.depth_map_size = size);
+            solid.carve(&mesh, tilted, |clip| clip.depth_map_size = size);
+            let scene = &mut solid.scene;
+            let error = coverage_error(scene, &exact, tilted, voxels);
+            let wrong = judge.judge(&mesh, &mesh, |clip| clip.depth_map_size = size);
             scene.headless.frame();
             let maps_ms = scene.headless.pass_ms(SPAN_DEPTH) + scene.headless.pass_ms(SPAN_DILATE);
             let figures = [
