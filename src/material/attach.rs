@@ -1,19 +1,17 @@
 //! Gives volumes the child that draws them.
 
 use bevy::{
-    asset::RenderAssetUsages,
     camera::visibility::RenderLayers,
     light::{NotShadowCaster, NotShadowReceiver},
-    mesh::{Indices, PrimitiveTopology},
     prelude::*,
     render::renderer::RenderDevice,
 };
 
-use super::{VolumeMaterial, volume_material::MaterialVariant, warm_up::WarmUps};
+use super::{VolumeMaterial, box_mesh::box_mesh, volume_material::MaterialVariant, warm_up::WarmUps};
 use crate::{
     clip::{ClipCapacity, ClipSettings},
-    occlusion::FittedOcclusion,
-    render::{OcclusionTexels, draws_isosurface},
+    occlusion::{FittedOcclusion, ShownOcclusion},
+    render::{CompilesInBackground, MethodPipelines, OcclusionTexels, draws_isosurface},
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
@@ -37,10 +35,10 @@ struct Bindings {
 /// that the material binds are new. Nothing is put on the volume's own entity that is the user's.
 pub(super) fn attach_visuals(
     mut commands: Commands,
-    volumes: Query<(
+    mut volumes: Query<(
         Entity,
         &LookupTable,
-        &FittedOcclusion,
+        (&FittedOcclusion, Option<&mut ShownOcclusion>),
         &GlobalTransform,
         Option<&RenderLayers>,
         Option<&VolumeBox>,
@@ -49,13 +47,14 @@ pub(super) fn attach_visuals(
     clip_settings: Res<ClipSettings>,
     clip_capacity: Res<ClipCapacity>,
     device: Res<RenderDevice>,
+    (in_background, method_pipelines): (Res<CompilesInBackground>, Res<MethodPipelines>),
     mut warm_ups: WarmUps,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
     // After a device is lost, its meshes are gone: nobody else has their triangles.
     let is_new_device = device.is_changed();
-    for (entity, table, fitted, transform, layers, volume_box) in &volumes {
+    for (entity, table, (fitted, shown), transform, layers, volume_box) in &mut volumes {
         let variant = MaterialVariant {
             is_mirrored: transform.affine().matrix3.determinant() < 0.0,
             texels: OcclusionTexels::of(&fitted.occlusion),
@@ -98,11 +97,19 @@ pub(super) fn attach_visuals(
                 (child, None)
             }
         };
-        if let Some(current) = current {
-            let shown = current.bindings.variant;
-            let wanted = VolumeMaterial { volume: entity, variant };
-            if !warm_ups.are_done(child, shown, wanted, &table.geometry, &mut meshes, &mut materials) {
-                visuals.bindings.variant = shown;
+        // What is computed and what is drawn change in the same frame.
+        let are_there = method_pipelines.are_there_for(&fitted.occlusion.method);
+        let is_ready = current.filter(|_| in_background.0).is_none_or(|current| {
+            let (drawn, wanted) = (current.bindings.variant, VolumeMaterial { volume: entity, variant });
+            are_there && warm_ups.are_done(child, drawn, wanted, &table.geometry, &mut meshes, &mut materials)
+        });
+        match (shown, current) {
+            (Some(mut shown), _) if is_ready => {
+                shown.set_if_neq(ShownOcclusion(fitted.clone()));
+            }
+            (Some(_), Some(current)) => visuals.bindings.variant = current.bindings.variant,
+            _ => {
+                commands.entity(entity).try_insert(ShownOcclusion(fitted.clone()));
             }
         }
         if current == Some(&visuals) && !is_new_device {
@@ -134,24 +141,6 @@ pub(super) fn detach_visuals(
 ) {
     for (entity, child) in &orphans {
         commands.entity(child.0).try_despawn();
-        commands.entity(entity).try_remove::<VolumeBox>();
+        commands.entity(entity).try_remove::<(VolumeBox, ShownOcclusion)>();
     }
-}
-
-/// The box that the voxels fill, in volume space (mm), faces outwards.
-pub(super) fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
-    // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
-    const FACES: [[u32; 4]; 6] =
-        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let corners = geometry.corners().map(|corner| corner.as_vec3().to_array());
-    let is_mirrored = geometry.local_from_voxel.matrix3.determinant() < 0.0;
-    let triangles = FACES.iter().flat_map(
-        |&[a, b, c, d]| {
-            if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }
-        },
-    );
-    // The renderer alone has its triangles: pointers meet what lies behind the box.
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
-        .with_inserted_indices(Indices::U32(triangles.collect()))
 }

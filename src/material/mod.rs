@@ -1,6 +1,7 @@
 //! How a volume is drawn: a box with a material that casts view rays through it.
 
 mod attach;
+mod box_mesh;
 mod depth_prepass;
 mod volume_material;
 mod warm_up;
@@ -46,9 +47,8 @@ impl Plugin for VolumeMaterialPlugin {
                     .before(VisibilitySystems::VisibilityPropagate)
                     .before(AssetEventSystems),
             );
-        let (in_background, ready) =
-            (warm_up::CompilesInBackground::of(app), warm_up::ReadyWarmUps::default());
-        app.insert_resource(in_background).insert_resource(ready.clone());
+        let ready = warm_up::ReadyWarmUps::default();
+        app.insert_resource(ready.clone());
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             let prepare_materials = prepare_erased_assets::<MeshMaterial3d<VolumeMaterial>>;
             render_app

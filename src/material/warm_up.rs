@@ -13,27 +13,16 @@ use bevy::{
     pbr::SpecializedMaterialPipelineCache,
     platform::collections::HashSet,
     prelude::*,
-    render::{Extract, RenderPlugin, render_resource::PipelineCache, sync_world::MainEntity},
+    render::{Extract, render_resource::PipelineCache, sync_world::MainEntity},
 };
 use std::sync::{Arc, Mutex};
 
-use super::{VolumeMaterial, attach::box_mesh, volume_material::MaterialVariant};
+use super::{VolumeMaterial, box_mesh::box_mesh, volume_material::MaterialVariant};
 use crate::volume::VolumeGeometry;
 
 /// Stands on the child of a volume's box whose material's shaders are being compiled.
 #[derive(Component)]
 pub(super) struct WarmUp(MaterialVariant);
-
-/// Whether frames are drawn while a shader is being compiled.
-#[derive(Resource)]
-pub(super) struct CompilesInBackground(bool);
-
-impl CompilesInBackground {
-    pub fn of(app: &App) -> Self {
-        let plugins = app.get_added_plugins::<RenderPlugin>();
-        Self(plugins.iter().any(|plugin| !plugin.synchronous_pipeline_compilation))
-    }
-}
 
 /// Children whose shaders are there.
 #[derive(Resource, Clone, Default)]
@@ -49,7 +38,6 @@ pub(super) struct WarmUps<'w, 's> {
     commands: Commands<'w, 's>,
     children: Query<'w, 's, (Entity, &'static ChildOf, &'static WarmUp)>,
     places: Query<'w, 's, (&'static GlobalTransform, Option<&'static RenderLayers>)>,
-    in_background: Res<'w, CompilesInBackground>,
     ready: Res<'w, ReadyWarmUps>,
 }
 
@@ -64,7 +52,7 @@ impl WarmUps<'_, '_> {
         meshes: &mut Assets<Mesh>,
         materials: &mut Assets<VolumeMaterial>,
     ) -> bool {
-        let is_needed = self.in_background.0 && !wanted.variant.has_pipelines_of(&shown);
+        let is_needed = !wanted.variant.has_pipelines_of(&shown);
         let mut child = self.children.iter().find(|(_, of, _)| of.parent() == volume_box);
         let is_ready = |child: Entity| self.ready.0.lock().is_ok_and(|ready| ready.contains(&child));
         let is_done = !is_needed

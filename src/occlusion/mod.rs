@@ -23,7 +23,7 @@ pub use progressive::ProgressiveRays;
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
 pub use shortcuts::Shortcuts;
-pub(crate) use shortfall::FittedOcclusion;
+pub(crate) use shortfall::{FittedOcclusion, ShownOcclusion};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepingSurface};

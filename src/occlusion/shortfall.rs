@@ -75,6 +75,10 @@ impl FittedOcclusion {
     }
 }
 
+/// The occlusion that is computed and drawn: the one before, while pipelines are being compiled.
+#[derive(Component, PartialEq)]
+pub(crate) struct ShownOcclusion(pub FittedOcclusion);
+
 /// Logs it.
 pub(super) fn warn_of_shortfall(failed: On<OcclusionFailed>) {
     warn!("the volume on {}: {}", failed.entity, failed.shortfall);

@@ -18,7 +18,7 @@ use bevy::{
 use super::{
     brick_resources::work_layout,
     carver_uniform::CarverUniform,
-    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
+    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
@@ -68,7 +68,7 @@ impl FromWorld for ClipPasses {
 
 impl ClipPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.clip.is_ready(cache) && self.expire.is_ready(cache)
+        are_ready([&self.clip, &self.expire], cache)
     }
 
     pub fn bind_volume(

@@ -6,12 +6,13 @@ use bevy::{
         render_resource::{
             self, BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
             BindGroupLayoutEntry, Buffer, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor,
-            ComputePipelineDescriptor, IntoBindingArray, PipelineCache,
+            ComputePipeline, ComputePipelineDescriptor, IntoBindingArray, PipelineCache,
         },
         renderer::RenderDevice,
     },
     shader::ShaderDefVal,
 };
+use std::sync::OnceLock;
 
 use super::formats::Formats;
 
@@ -33,7 +34,9 @@ pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
 pub(crate) struct ComputePass {
     name: &'static str,
     layout: BindGroupLayoutDescriptor,
-    pipeline: CachedComputePipelineId,
+    descriptor: ComputePipelineDescriptor,
+    /// Compiled from when it is first asked for.
+    pipeline: OnceLock<CachedComputePipelineId>,
 }
 
 /// What a compute pass is made of.
@@ -64,20 +67,27 @@ impl ComputePass {
         layouts.extend(descriptor.behind);
         let mut shader_defs = world.resource::<Formats>().shader_defs();
         shader_defs.extend(descriptor.shader_defs);
-        let pipeline = world.resource::<PipelineCache>().queue_compute_pipeline(ComputePipelineDescriptor {
-            label: Some(descriptor.name.into()),
+        let name = descriptor.name;
+        let descriptor = ComputePipelineDescriptor {
+            label: Some(name.into()),
             layout: layouts,
             shader: descriptor.shader,
             shader_defs,
             entry_point: descriptor.entry_point.map(Into::into),
             zero_initialize_workgroup_memory: descriptor.zeroes_memory,
             ..default()
-        });
-        Self { name: descriptor.name, layout, pipeline }
+        };
+        Self { name, layout, descriptor, pipeline: default() }
     }
 
+    /// Whether its pipeline is there. It is compiled from the first time on that this is asked.
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        cache.get_compute_pipeline(self.pipeline).is_some()
+        self.pipeline(cache).is_some()
+    }
+
+    fn pipeline<'c>(&self, cache: &'c PipelineCache) -> Option<&'c ComputePipeline> {
+        let queue = || cache.queue_compute_pipeline(self.descriptor.clone());
+        cache.get_compute_pipeline(*self.pipeline.get_or_init(queue))
     }
 
     /// The layout of its own bind group, for others to have it as well.
@@ -111,7 +121,7 @@ impl ComputePass {
         encoder: &'e mut CommandEncoder,
         cache: &PipelineCache,
     ) -> Option<render_resource::ComputePass<'e>> {
-        let pipeline = cache.get_compute_pipeline(self.pipeline)?;
+        let pipeline = self.pipeline(cache)?;
         let descriptor = ComputePassDescriptor { label: Some(self.name), timestamp_writes: None };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         pass.set_pipeline(pipeline);
@@ -159,7 +169,7 @@ impl ComputePass {
         steps: impl IntoIterator<Item = (u32, UVec2)>,
         cache: &PipelineCache,
     ) {
-        let Some(pipeline) = cache.get_compute_pipeline(self.pipeline) else {
+        let Some(pipeline) = self.pipeline(cache) else {
             return;
         };
         let mut pass = encoder
@@ -171,6 +181,14 @@ impl ComputePass {
             pass.dispatch_workgroups(groups.x, groups.y, 1);
         }
     }
+}
+
+/// Whether the pipelines of all are there; all are asked for at once.
+pub(crate) fn are_ready<'p>(
+    passes: impl IntoIterator<Item = &'p ComputePass>,
+    cache: &PipelineCache,
+) -> bool {
+    passes.into_iter().fold(true, |are_ready, pass| pass.is_ready(cache) && are_ready)
 }
 
 /// How many workgroups a pass gets.

@@ -18,7 +18,7 @@ use bevy::{
 use super::{
     clip_keys::DilationKey,
     clip_textures::{ClipTextures, DILATION_FORMAT},
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
 };
 
 /// The dilation of one layer, as `Dilation` in WGSL.
@@ -76,7 +76,7 @@ impl FromWorld for DilatePasses {
 
 impl DilatePasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.reduce.is_ready(cache) && self.dilate.is_ready(cache)
+        are_ready([&self.reduce, &self.dilate], cache)
     }
 
     /// Puts the dilation of one layer where the shader reads it.

@@ -16,7 +16,7 @@ use bevy::{
 
 use super::{
     brick_resources::BRICK_FORMAT,
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
     volume_bindings,
     volume_store::VolumeResources,
 };
@@ -63,7 +63,7 @@ impl FromWorld for DistancePasses {
 
 impl DistancePasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.occupy.is_ready(cache) && self.sweeps.iter().all(|sweep| sweep.is_ready(cache))
+        are_ready(self.sweeps.iter().chain([&self.occupy]), cache)
     }
 
     pub fn bind_volume(

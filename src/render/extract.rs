@@ -13,7 +13,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, DirectOcclusion, FittedOcclusion, OcclusionMethod, Shortcuts, VolumeShading,
+        AmbientOcclusion, DirectOcclusion, FittedOcclusion, OcclusionMethod, Shortcuts, ShownOcclusion,
+        VolumeShading,
     },
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
 };
@@ -42,6 +43,8 @@ pub(crate) struct ExtractedVolume {
     pub shading: VolumeShading,
     /// Whether the occlusion that is asked for can be had.
     pub has_occlusion: bool,
+    /// Whether other occlusion is wanted, whose pipelines are being compiled.
+    pub awaits_pipelines: bool,
     /// Volume space (mm) to the world.
     pub world_from_local: Affine3A,
     /// The carvers that act on it, as indices of the scene's, each with the way from volume space (mm) to the
@@ -105,7 +108,14 @@ pub(crate) struct ExtractedCarver {
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     volumes: Extract<
-        Query<(Entity, &LookupTable, &FittedOcclusion, &VolumeShading, &GlobalTransform, Option<&VolumeBox>)>,
+        Query<(
+            Entity,
+            &LookupTable,
+            (&FittedOcclusion, &ShownOcclusion),
+            &VolumeShading,
+            &GlobalTransform,
+            Option<&VolumeBox>,
+        )>,
     >,
     carvers: Extract<Query<(&SpawnOrder, Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
     poses: Extract<RelativePoses>,
@@ -140,7 +150,8 @@ pub(crate) fn extract_scene(
         scene.carvers.drain(first_beyond..).map(|carver| (carver.entity, carver.mesh)).collect();
     let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
     extracted.clear();
-    extracted.extend(volumes.iter().map(|(entity, table, occlusion, shading, transform, drawn_on)| {
+    extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
+        let occlusion = &shown.0;
         ExtractedVolume {
             entity: entity.into(),
             drawn_on: drawn_on.map(|child| child.0.into()),
@@ -148,6 +159,7 @@ pub(crate) fn extract_scene(
             table: table.clone(),
             occlusion: occlusion.occlusion.clone(),
             has_occlusion: occlusion.has_occlusion(),
+            awaits_pipelines: wanted != occlusion,
             shading: if occlusion.has_occlusion() { shading.clone() } else { shading.without_occlusion() },
             world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
             carvers: carvers_of(entity, carvers, &poses),

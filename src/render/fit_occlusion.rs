@@ -2,7 +2,7 @@
 
 use bevy::{prelude::*, render::renderer::RenderDevice};
 
-use super::{filtering, occlusion_texels::OcclusionTexels, sweeping};
+use super::{filtering, method_bytes::MethodBytes, occlusion_texels::OcclusionTexels, sweeping};
 use crate::{
     occlusion::{
         AmbientOcclusion, FittedOcclusion, GeometryTerm, OcclusionFailed, OcclusionFallback, OcclusionLimit,
@@ -11,32 +11,18 @@ use crate::{
     volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget},
 };
 
-/// What an occlusion method keeps for a volume, beside a factor a voxel.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct MethodBytes {
-    pub total: u64,
-    /// The largest buffer.
-    pub largest_buffer: u64,
-}
-
-impl MethodBytes {
-    /// Of buffers of these sizes.
-    pub fn of_buffers(sizes: &[u64]) -> Self {
-        Self { total: sizes.iter().sum(), largest_buffer: sizes.iter().copied().max().unwrap_or(0) }
-    }
-
-    fn of(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> Self {
-        let texels = OcclusionTexels::of(occlusion);
-        let voxels = dimensions.as_u64vec3().element_product();
-        let buffers = match &occlusion.method {
-            OcclusionMethod::Progressive(_) => Self::of_buffers(&[4 * voxels]),
-            OcclusionMethod::Sweeping(settings) => sweeping::method_bytes(settings, dimensions),
-            OcclusionMethod::Filtering(settings) => filtering::method_bytes(settings, dimensions),
-            _ => Self::default(),
-        };
-        let texture = texels.bytes(dimensions, stored.scalar).saturating_sub(voxels * stored.scalar);
-        Self { total: buffers.total + texture, ..buffers }
-    }
+/// What the method of some settings keeps for so many voxels.
+fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> MethodBytes {
+    let texels = OcclusionTexels::of(occlusion);
+    let voxels = dimensions.as_u64vec3().element_product();
+    let buffers = match &occlusion.method {
+        OcclusionMethod::Progressive(_) => MethodBytes::of_buffers(&[4 * voxels]),
+        OcclusionMethod::Sweeping(settings) => sweeping::method_bytes(settings, dimensions),
+        OcclusionMethod::Filtering(settings) => filtering::method_bytes(settings, dimensions),
+        _ => MethodBytes::default(),
+    };
+    let texture = texels.bytes(dimensions, stored.scalar).saturating_sub(voxels * stored.scalar);
+    MethodBytes { total: buffers.total + texture, ..buffers }
 }
 
 /// What there is for one method.
@@ -89,7 +75,7 @@ pub(crate) fn fit_occlusion(
 
 impl Room {
     fn fit(&self, occlusion: AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> FittedOcclusion {
-        let needed = MethodBytes::of(&occlusion, dimensions, stored);
+        let needed = method_bytes(&occlusion, dimensions, stored);
         let Some((amount, limit, most)) = self.missing(&occlusion, needed, dimensions) else {
             return FittedOcclusion { occlusion, shortfall: None, bytes: needed.total };
         };

@@ -27,6 +27,8 @@ mod formats;
 mod frame;
 mod gpu_volume;
 mod mark;
+mod method_bytes;
+mod method_pipelines;
 mod occlusion_texels;
 mod pass_uniforms;
 mod passes;
@@ -62,6 +64,7 @@ use crate::diagnostics::{ReportChannel, SweepDistancesAlone};
 pub(crate) use clip_maps::ClipMaps;
 pub(crate) use fit_occlusion::fit_occlusion;
 pub(crate) use formats::Formats;
+pub(crate) use method_pipelines::{CompilesInBackground, MethodPipelines};
 pub(crate) use occlusion_texels::OcclusionTexels;
 pub(crate) use sweeping::draws_isosurface;
 pub use volume_store::{VolumeStore, VolumeTexture, VoxelMask};
@@ -114,11 +117,15 @@ impl Plugin for OcclusionRenderPlugin {
             direct::DirectOcclusionPlugin,
         ));
         let report = app.world().resource::<ReportChannel>().clone();
+        let methods = MethodPipelines::default();
+        let in_background = CompilesInBackground::of(app);
+        app.insert_resource(in_background).insert_resource(methods.clone());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
             .insert_resource(report)
+            .insert_resource(methods)
             .init_resource::<extract::ExtractedScene>()
             .init_gpu_resource::<ClipMaps>()
             .init_gpu_resource::<VolumeStore>()
@@ -152,7 +159,7 @@ impl Plugin for OcclusionRenderPlugin {
                     volume_store::prepare_resources
                         .in_set(RenderSystems::PrepareAssets)
                         .in_set(VolumeResourceSystems),
-                    (plan::plan_views, plan::plan_carvers, plan::plan_volumes)
+                    (method_pipelines::find_ready, plan::plan_views, plan::plan_carvers, plan::plan_volumes)
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                 )

@@ -32,25 +32,30 @@ impl Passes<'_> {
     /// Whether carvers can be drawn and dilated.
     pub fn over_carvers_are_ready(&self) -> bool {
         let cache = &self.cache;
-        self.count.is_ready(cache) && self.peel.is_ready(cache) && self.dilate.is_ready(cache)
+        [self.count.is_ready(cache), self.peel.is_ready(cache), self.dilate.is_ready(cache)] == [true; 3]
     }
 
-    /// Whether volumes can be clipped, and shaded by a method: others are not waited for.
-    pub fn are_ready_for(&self, method: &OcclusionMethod) -> bool {
+    /// Whether volumes can be clipped, and shaded by a method, their work being counted or not: others are not
+    /// waited for.
+    pub fn are_ready_for(&self, method: &OcclusionMethod, counts_work: bool) -> bool {
         let cache = &self.cache;
         let of_method = match method {
-            OcclusionMethod::Rays | OcclusionMethod::Progressive(_) => true,
+            OcclusionMethod::Rays => true,
+            OcclusionMethod::Progressive(_) => self.ray_cast.progressive_is_ready(cache),
             OcclusionMethod::Sweeping(_) => self.sweep.is_ready(cache),
             OcclusionMethod::Filtering(_) => self.filtering.is_ready(cache),
-            OcclusionMethod::ScreenSpace(_) => self.screen_space.are_ready(cache),
+            OcclusionMethod::ScreenSpace(_) => self.screen_space.is_ready(cache),
             OcclusionMethod::Direct(_) => self.direct.is_ready(cache),
         };
-        self.ranges.is_ready(cache)
-            && self.cull.is_ready(cache)
-            && self.clip.is_ready(cache)
-            && self.distances.is_ready(cache)
-            && self.mark.is_ready(cache)
-            && self.ray_cast.is_ready(cache)
-            && of_method
+        // Each is asked, whatever the others say, so that all are compiled at once.
+        let of_all = [
+            self.ranges.is_ready(cache),
+            self.cull.is_ready(cache),
+            self.clip.is_ready(cache),
+            self.distances.is_ready(cache),
+            self.mark.is_ready(cache),
+            self.ray_cast.is_ready(counts_work, cache),
+        ];
+        of_all == [true; 6] && of_method
     }
 }

@@ -17,7 +17,7 @@ use core::iter;
 use super::{
     clip_draw::{ClipDrawPipeline, ClipMeshDraw, Draw, MeshSource},
     clip_textures::{ClipTextures, LAYER_FORMAT, LayerRange},
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
 };
 
 /// The layers to fill, as `LayerRange` in WGSL.
@@ -78,7 +78,7 @@ impl FromWorld for PeelPasses {
 
 impl PeelPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        [&self.pair, &self.append, &self.finish].iter().all(|pass| pass.is_ready(cache))
+        are_ready([&self.pair, &self.append, &self.finish], cache)
     }
 
     /// Plans to fill `layers` with a mesh that has up to `surfaces` along a line of sight.

@@ -19,7 +19,7 @@ use bevy::{
 
 use super::{
     brick_resources::PENDING,
-    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
+    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
@@ -105,8 +105,13 @@ impl FromWorld for RayCastPasses {
 }
 
 impl RayCastPasses {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        [&self.cast, &self.counting, &self.progressive].iter().all(|pass| pass.is_ready(cache))
+    pub fn is_ready(&self, counts_work: bool, cache: &PipelineCache) -> bool {
+        let counting = counts_work.then_some(&self.counting);
+        are_ready(counting.into_iter().chain([&self.cast]), cache)
+    }
+
+    pub fn progressive_is_ready(&self, cache: &PipelineCache) -> bool {
+        self.progressive.is_ready(cache)
     }
 
     /// Where rays are cast in several frames, and added up in the volume's `ray_sums`, `goes_on` says

@@ -74,12 +74,18 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
     let surface = SweepingSurface::Isosurface(130.0);
     let sweeping = OcclusionSweeping { surface, geometry_term: GeometryTerm::Cosine, ..default() };
     let filtering = OcclusionFiltering { modulation: OpacityModulation::Variance(0.05), ..default() };
-    let settings =
-        [by(OcclusionMethod::Sweeping(sweeping)), by(OcclusionMethod::Filtering(filtering)), few_rays()];
+    let settings = [
+        by(OcclusionMethod::Sweeping(sweeping)),
+        by(OcclusionMethod::Filtering(filtering)),
+        by(OcclusionMethod::ScreenSpace(default())),
+        by(OcclusionMethod::Direct(default())),
+        few_rays(),
+    ];
     let headless = Headless::compiling_in_background(IMAGE, |_| {});
     let mut scene = TestScene::in_app(headless, volume(), opaque_ramp(), few_rays(), ShadingMode::Cao);
     assert!(scene.headless.frames_until(|headless| !is_empty(&headless.image())));
     scene.settle();
+    let mut shown = scene.headless.image();
     for occlusion in settings {
         let mut expected = TestScene::new(volume(), opaque_ramp(), occlusion.clone(), ShadingMode::Cao);
         expected.settle();
@@ -91,12 +97,19 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
         loop {
             scene.headless.frame();
             let image = scene.headless.image();
-            assert!(!is_empty(&image), "{name}: an empty frame after {:?}", begin.elapsed());
             if image == expected {
                 break;
             }
+            let different = different_pixels(&image, &shown);
+            assert_eq!(
+                different,
+                0,
+                "{name}: neither as before nor as it is to be after {:?}",
+                begin.elapsed()
+            );
             assert!(begin.elapsed() < Duration::from_secs(60), "{name}: never as it is to be");
         }
+        shown = expected;
         // What was made for the time in between is gone.
         scene.headless.frames(2);
         let world = scene.world();

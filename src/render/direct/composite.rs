@@ -6,20 +6,21 @@ use bevy::{
         FullscreenShader,
         tonemapping::{Tonemapping, TonemappingLuts, get_lut_bind_group_layout_entries, get_lut_bindings},
     },
-    ecs::system::SystemParam,
+    ecs::{query::ROQueryItem, system::SystemParam},
     prelude::*,
     render::{
+        camera::ExtractedCamera,
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendState,
             CachedRenderPipelineId, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
             MultisampleState, PipelineCache, RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages,
-            SpecializedRenderPipeline, TextureFormat, UniformBuffer,
+            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureFormat, UniformBuffer,
             binding_types::{storage_buffer_read_only_sized, uniform_buffer},
         },
         renderer::RenderDevice,
         texture::{FallbackImage, GpuImage},
-        view::{ViewTarget, ViewUniform, ViewUniforms},
+        view::{ExtractedView, ViewTarget, ViewUniform, ViewUniforms},
     },
     shader::ShaderDefVal,
 };
@@ -29,7 +30,7 @@ use crate::render::pass_uniforms::WindowUniform;
 
 /// Makes a pipeline for every kind of view.
 #[derive(Resource)]
-pub(super) struct CompositePipeline {
+pub(crate) struct CompositePipeline {
     layout: BindGroupLayoutDescriptor,
     vertex_shader: FullscreenShader,
     shader: Handle<Shader>,
@@ -37,12 +38,43 @@ pub(super) struct CompositePipeline {
 
 /// What kind of view it is.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct CompositeKey {
+pub(crate) struct CompositeKey {
     pub format: TextureFormat,
     /// Samples a pixel.
     pub samples: u32,
     /// What maps its tones where no pass does so later.
     pub tonemapping: Option<Tonemapping>,
+}
+
+/// What kind a view is of.
+pub(crate) type ViewKind =
+    (&'static Msaa, &'static ExtractedView, &'static ExtractedCamera, Option<&'static Tonemapping>);
+
+impl CompositeKey {
+    pub fn of((msaa, view, camera, tonemapping): ROQueryItem<ViewKind>) -> Self {
+        Self {
+            format: view.target_format,
+            samples: msaa.samples(),
+            tonemapping: tonemapping.copied().filter(|_| !camera.hdr),
+        }
+    }
+}
+
+/// The pipelines of all views.
+#[derive(SystemParam)]
+pub(crate) struct CompositePipelines<'w, 's> {
+    base: Res<'w, CompositePipeline>,
+    variants: ResMut<'w, SpecializedRenderPipelines<CompositePipeline>>,
+    views: Query<'w, 's, ViewKind>,
+}
+
+impl CompositePipelines<'_, '_> {
+    /// Whether they are there; they are compiled from the first time on that this is asked.
+    pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
+        let Self { base, variants, views } = self;
+        let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
+        views.iter().map(CompositeKey::of).fold(true, |are_ready, key| is_ready(key) && are_ready)
+    }
 }
 
 /// One volume in one view.
@@ -130,7 +162,7 @@ fn tonemapping_defs(tonemapping: Tonemapping) -> Vec<ShaderDefVal> {
 }
 
 impl CompositePipeline {
-    pub fn bind(
+    pub(super) fn bind(
         &self,
         window: &UniformBuffer<WindowUniform>,
         buffers: &Buffers,

@@ -24,6 +24,7 @@ use bevy::{
     },
 };
 
+pub(crate) use composite::CompositePipelines;
 pub(crate) use slices::DirectPasses;
 #[cfg(test)]
 pub(super) use slicing::SlicingData;

@@ -22,7 +22,7 @@ use super::{
     slicing::SlicingData,
 };
 use crate::render::{
-    compute_pass::{ComputePass, PassDescriptor},
+    compute_pass::{ComputePass, PassDescriptor, are_ready},
     pass_uniforms::WindowUniform,
     volume_bindings,
 };
@@ -85,7 +85,7 @@ impl FromWorld for DirectPasses {
 
 impl DirectPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.single.is_ready(cache) && self.multisampled.is_ready(cache)
+        are_ready([&self.single, &self.multisampled], cache)
     }
 
     fn pass(&self, is_multisampled: bool) -> &ComputePass {

@@ -63,9 +63,7 @@ fn store_light(texel: vec2<u32>, light: f32) {
 fn sample_at(ray: ViewRay, along_mm: f32) -> vec4<f32> {
     let p = ray.origin + along_mm * ray.velocity;
     let point = p * vec3<f32>(volume.dimensions);
-    // Nothing in front of the near plane has a slice. By depths along the ray, Mesa's software driver (22.3)
-    // crashes when it looks for branches on uniforms.
-    let is_inside = all(p >= vec3(0.0)) && all(p <= vec3(1.0));
+    let is_inside = along_mm >= ray.begin_mm && along_mm <= ray.end_mm;
     if !is_inside || volume.draw_leaps * distance_at(point) > 0u {
         return vec4(0.0);
     }

@@ -5,16 +5,15 @@ use bevy::{
     ecs::{entity::EntityHashMap, system::SystemParam},
     prelude::*,
     render::{
-        camera::ExtractedCamera,
         render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
         renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue, ViewQuery},
-        view::{ExtractedView, ViewTarget, ViewUniformOffset},
+        view::{ViewTarget, ViewUniformOffset},
     },
 };
 
 use super::{
     buffers::{Buffers, DirectBuffers},
-    composite::{CompositeJob, CompositeKey, CompositePipeline, ViewResources},
+    composite::{CompositeJob, CompositeKey, CompositePipeline, ViewKind, ViewResources},
     slices::{DirectPasses, SlicesJob},
     slicing::Slicing,
 };
@@ -53,13 +52,7 @@ struct Shown<'a> {
 }
 
 /// What the views are.
-type ViewData = (
-    &'static ViewPrepassTextures,
-    &'static Msaa,
-    &'static ExtractedView,
-    &'static ExtractedCamera,
-    Option<&'static Tonemapping>,
-);
+type ViewData = (&'static ViewPrepassTextures, ViewKind);
 
 /// The passes, and what their bind groups take.
 #[derive(SystemParam)]
@@ -131,19 +124,14 @@ impl Passes<'_> {
         buffers: &Buffers,
     ) -> Option<DirectJob> {
         let Self { slices, composite, pipelines, views, formats, cache, device, queue } = self;
-        let (prepass, msaa, extracted, camera, tonemapping) = view?;
-        let depths = (prepass.depth_view()?, msaa.samples() > 1);
+        let (prepass, kind) = view?;
+        let key = CompositeKey::of(kind);
+        let depths = (prepass.depth_view()?, key.samples > 1);
         let mut window = UniformBuffer::from(shown.window);
         window.write_buffer(device, queue);
         let mut slicing = StorageBuffer::from(shown.slicing.data);
         slicing.write_buffer(device, queue);
-        let tonemapping = tonemapping.copied();
-        let key = CompositeKey {
-            format: extracted.target_format,
-            samples: msaa.samples(),
-            tonemapping: tonemapping.filter(|_| !camera.hdr),
-        };
-        let tonemapping = tonemapping.unwrap_or(Tonemapping::None);
+        let tonemapping = kind.3.copied().unwrap_or(Tonemapping::None);
         let WindowUniform { first, end, .. } = shown.window;
         Some(DirectJob {
             slices: SlicesJob {

@@ -23,7 +23,7 @@ use super::{
     steps::{self, AXES, Outcome, Quantity, Step},
 };
 use crate::render::{
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
@@ -108,10 +108,8 @@ impl FromWorld for FilteringPasses {
 
 impl FilteringPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        let mut passes = self.filters.iter().flatten().chain(&self.estimates);
-        self.densities.is_ready(cache)
-            && self.gradient.is_ready(cache)
-            && passes.all(|pass| pass.is_ready(cache))
+        let filters = self.filters.iter().flatten();
+        are_ready(filters.chain(&self.estimates).chain([&self.densities, &self.gradient]), cache)
     }
 
     fn pass(&self, step: Step) -> &ComputePass {

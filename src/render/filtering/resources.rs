@@ -14,7 +14,7 @@ use super::steps::{self, Outcome, Quantity, Step};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{DensitySource, OcclusionFiltering, OcclusionMethod, OpacityModulation},
-    render::{extract::ExtractedVolume, fit_occlusion::MethodBytes, textures::usage_of_buffers},
+    render::{extract::ExtractedVolume, method_bytes::MethodBytes, textures::usage_of_buffers},
 };
 
 /// The settings as shaders read them, `Filtering` in WGSL.

@@ -50,7 +50,8 @@ pub(crate) fn plan_carvers(
     plan.dilations.clear();
     plan.carvers.clear();
     plan.carvers_wait = false;
-    if clip_maps.textures.is_none() || !carver_passes.passes.over_carvers_are_ready() {
+    let are_ready = carver_passes.passes.over_carvers_are_ready();
+    if clip_maps.textures.is_none() || !are_ready {
         plan.carvers_wait = !scene.carvers.is_empty();
         return;
     }

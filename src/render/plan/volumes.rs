@@ -99,9 +99,9 @@ pub(crate) fn plan_volumes(
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
         };
-        let are_ready = volume_passes.passes.are_ready_for(&volume.occlusion.method);
+        let are_ready = volume_passes.passes.are_ready_for(&volume.occlusion.method, scene.count_work);
         // Until all carvers carve, nothing is final.
-        let is_final = are_ready && volume.has_occlusion && !plan.carvers_wait;
+        let is_final = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !plan.carvers_wait;
         progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
         if !plan.sees(volume) {
             // Whatever changes meanwhile is found by comparison when it is seen again.

@@ -3,13 +3,18 @@
 use bevy::{
     asset::load_embedded_asset,
     core_pipeline::FullscreenShader,
+    ecs::system::SystemParam,
     prelude::*,
-    render::render_resource::{
-        BindGroup, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendComponent, BlendFactor,
-        BlendOperation, BlendState, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
-        RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, RenderPipelineDescriptor,
-        ShaderStages, SpecializedRenderPipeline, TextureFormat, TextureSampleType, VertexState,
-        binding_types::{texture_2d, uniform_buffer},
+    render::{
+        render_resource::{
+            BindGroup, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendComponent, BlendFactor,
+            BlendOperation, BlendState, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
+            PipelineCache, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline,
+            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
+            TextureFormat, TextureSampleType, VertexState,
+            binding_types::{texture_2d, uniform_buffer},
+        },
+        view::ViewTarget,
     },
     shader::Shader,
 };
@@ -77,6 +82,25 @@ impl SpecializedRenderPipeline for DarkenPipeline {
             }),
             ..default()
         }
+    }
+}
+
+/// The pipelines of all views.
+#[derive(SystemParam)]
+pub(crate) struct DarkenPipelines<'w, 's> {
+    base: Res<'w, DarkenPipeline>,
+    variants: ResMut<'w, SpecializedRenderPipelines<DarkenPipeline>>,
+    views: Query<'w, 's, &'static ViewTarget>,
+}
+
+impl DarkenPipelines<'_, '_> {
+    /// Whether they are there; they are compiled from the first time on that this is asked.
+    pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
+        let Self { base, variants, views } = self;
+        let formats = views.iter().map(ViewTarget::main_texture_format);
+        let keys = formats.flat_map(|format| [false, true].map(|blurs| DarkenKey { format, blurs }));
+        let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
+        keys.fold(true, |are_ready, key| is_ready(key) && are_ready)
     }
 }
 

@@ -9,6 +9,8 @@ mod shade;
 mod surfaces;
 pub(super) mod views;
 
+pub(crate) use darken::DarkenPipelines;
+
 use bevy::{
     asset::embedded_asset,
     core_pipeline::{Core3d, Core3dSystems},
@@ -21,7 +23,7 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use super::{DeviceSupport, Formats, frame::are_timed_by_clock};
+use super::{DeviceSupport, Formats, compute_pass::are_ready, frame::are_timed_by_clock};
 
 /// The compute passes over a view.
 #[derive(Resource)]
@@ -40,8 +42,8 @@ impl FromWorld for ScreenSpacePasses {
 }
 
 impl ScreenSpacePasses {
-    pub fn are_ready(&self, cache: &PipelineCache) -> bool {
-        self.surfaces.are_ready(cache) && self.occlusion.is_ready(cache)
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        are_ready(self.surfaces.all().chain([&*self.occlusion]), cache)
     }
 }
 

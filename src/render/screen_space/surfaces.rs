@@ -83,8 +83,8 @@ impl FromWorld for SurfacePasses {
 }
 
 impl SurfacePasses {
-    pub fn are_ready(&self, cache: &PipelineCache) -> bool {
-        self.opaque.iter().chain([&self.volume]).all(|pass| pass.is_ready(cache))
+    pub fn all(&self) -> impl Iterator<Item = &ComputePass> {
+        self.opaque.iter().chain([&self.volume])
     }
 
     /// The pass over opaque meshes, by a view's depth prepass with so many samples; 0 where it has none.

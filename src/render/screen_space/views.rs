@@ -97,7 +97,8 @@ pub(crate) fn prepare_views(
 ) {
     jobs.0.clear();
     let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
-    let is_ready = |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method);
+    let is_ready =
+        |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method, scene.count_work);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
         let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
             continue;

@@ -22,7 +22,7 @@ use super::{
     resources::{SURFACE_FORMAT, SweepingUniform},
 };
 use crate::render::{
-    compute_pass::{ComputePass, Groups, PassDescriptor},
+    compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
     formats::Formats,
     pass_uniforms::OcclusionPassUniform,
     volume_bindings,
@@ -155,7 +155,7 @@ impl SweepPasses {
             &self.collect_octants,
             &self.collect_surface,
         ];
-        passes.iter().all(|pass| pass.is_ready(cache))
+        are_ready(passes, cache)
     }
 
     /// `distances_alone` leaves out the light, if there are distances.

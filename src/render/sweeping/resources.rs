@@ -17,8 +17,8 @@ use crate::{
     occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionSweeping, SweepingSurface},
     render::{
         extract::ExtractedVolume,
-        fit_occlusion::MethodBytes,
         formats::volume_texture,
+        method_bytes::MethodBytes,
         textures::{TextureAndView, usage_of, usage_of_buffers},
     },
     volume::Rescale,
