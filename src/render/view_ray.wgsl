@@ -5,8 +5,7 @@
 // and sampled: the paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that
 // are known to be empty, and ask only the carvers near a sample whether it is clipped.
 //
-// No branch depends on uniforms alone: Mesa's software driver compiles such shaders anew in every
-// draw, and (22.3) never frees what it made.
+// No branch depends on uniforms alone (2 in docs/drivers.md).
 
 #define_import_path bevy_contextual_ao::view_ray
 

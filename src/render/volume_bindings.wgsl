@@ -72,9 +72,8 @@ struct Carver {
     padding: u32,
 }
 
-// Of the entries behind the last carver. Loops over carvers end there, at the latest at MAX_CARVERS: a
-// number of carvers would be a uniform that they branch on alone, and for each value of such a one
-// Mesa's software driver compiles a variant of the shader, and never frees it.
+// Of the entries behind the last carver. Loops over carvers end there, at the latest at MAX_CARVERS, not at a number
+// of carvers (1 in docs/drivers.md).
 const OPERATION_NONE: u32 = 0u;
 const OPERATION_SUBTRACT: u32 = 1u;
 const OPERATION_INTERSECT: u32 = 2u;

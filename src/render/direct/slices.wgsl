@@ -35,8 +35,7 @@ struct Slicing {
 }
 
 @group(1) @binding(0) var<uniform> window: Window;
-// Not uniforms, as the slice's number: Mesa's software driver (22.3) overruns its memory where branches depend on a
-// fourth, those of the volume counted.
+// Not uniforms, as the slice's number (4 in docs/drivers.md).
 @group(1) @binding(1) var<storage, read> slicing: Slicing;
 // Colour, premultiplied, and opacity so far, of every pixel of the window.
 @group(1) @binding(2) var<storage, read_write> eye: array<vec4<f32>>;

@@ -25,8 +25,7 @@ const ESTIMATE_CHEBYSHEV: u32 = 0u;
 const ESTIMATE_POWER: u32 = 1u;
 const ESTIMATE_GAUSSIAN: u32 = 2u;
 
-// Not a uniform: Mesa's software driver (22.3) compiles loops that end at one anew for each of its values, and
-// fails.
+// Not a uniform (3 in docs/drivers.md).
 @group(1) @binding(1) var<storage, read> filtering: Filtering;
 
 // Distances in a buffer between neighbours along each axis.

@@ -16,8 +16,7 @@
 
 // How far the intensity of every voxel is inside. What is clipped goes over to the same distance outside, so
 // that the surface of a cut is where half of a voxel is clipped. The lowest bit says whether it would be inside and
-// something of it is left. Without branches, here and below, on the settings: Mesa's software driver (22.3) overruns
-// its stack where one depends on a fourth uniform, those of the volume counted.
+// something of it is left.
 @compute @workgroup_size(4, 4, 4)
 fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
     if all(voxel < volume.dimensions) {

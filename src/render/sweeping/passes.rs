@@ -36,8 +36,7 @@ const FACES: u32 = 4;
 const FOUND: u32 = 5;
 const DISTANCES: u32 = 6;
 const OCCLUSION: u32 = 7;
-// Uniforms behind that of the pass: Mesa's software driver (22.3) overruns its stack where branches depend on a
-// fourth, those of the volume counted.
+// Uniforms behind that of the pass (5 in docs/drivers.md).
 const SETTINGS: u32 = 8;
 const PLANE: u32 = 9;
 const SURFACE: u32 = 10;

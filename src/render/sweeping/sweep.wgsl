@@ -32,8 +32,7 @@ const TURNS: u32 = 22u;
 const LANES: u32 = 64u;
 
 @group(1) @binding(9) var<uniform> bound_plane: Plane;
-// The same, where branches may depend on it: Mesa's software driver (22.3) overruns its stack where they depend on
-// a fourth uniform, those of the volume counted.
+// The same, where branches may depend on it (5 in docs/drivers.md).
 var<workgroup> plane: Plane;
 #ifdef LIGHT
 @group(1) @binding(4) var<storage, read_write> faces: array<f32>;
