@@ -8,7 +8,7 @@
 
 // Number of table entries before each that have opacity.
 @group(1) @binding(0) var<storage, read> opaque_before: array<u32>;
-// Lowest and highest intensity of the voxels that points of a brick read: 16 bits each.
+// Lowest and highest intensity around a brick (`ranges.wgsl`): 16 bits each.
 @group(1) @binding(1) var<storage, read> ranges: array<u32>;
 
 // Whether all intensities of a range, as textures give them, are transparent.

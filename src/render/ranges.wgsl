@@ -1,5 +1,5 @@
-// The range of intensities around every brick, once per volume: of the voxels that points of the
-// brick read, which are its own and their neighbours.
+// The range of intensities around every brick: of the voxels that points read which read the brick's occlusion. These
+// points are up to a voxel beyond the outermost voxel centres, or, where 2x2x2 voxels have one factor, up to 1.5.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, number_of_bricks, invocation_index},
@@ -14,12 +14,14 @@ fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     if index >= number_of_bricks() {
         return;
     }
-    let first = vec3<i32>(4u * brick_at(index)) - 1;
+    let margin = i32(volume.occlusion_stride);
+    let first = vec3<i32>(4u * brick_at(index)) - margin;
+    let size = 4 + 2 * margin;
     let last = vec3<i32>(volume.dimensions) - 1;
     var lowest = 1.0;
     var highest = 0.0;
-    for (var k = 0; k < 216; k += 1) {
-        let voxel = first + vec3(k % 6, (k / 6) % 6, k / 36);
+    for (var k = 0; k < size * size * size; k += 1) {
+        let voxel = first + vec3(k % size, (k / size) % size, k / (size * size));
         let intensity = textureLoad(intensities, clamp(voxel, vec3(0), last), 0).r;
         lowest = min(lowest, intensity);
         highest = max(highest, intensity);

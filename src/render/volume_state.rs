@@ -5,7 +5,10 @@ use super::{
     extract::ExtractedVolume,
     pass_uniforms::{Queue, WindowUniform},
 };
-use crate::{clip::CoverageRule, occlusion::AmbientOcclusion};
+use crate::{
+    clip::CoverageRule,
+    occlusion::{AmbientOcclusion, OcclusionResolution},
+};
 
 /// What opacities and occlusion depend on, besides the volume itself.
 #[derive(Clone, PartialEq)]
@@ -57,8 +60,8 @@ pub(crate) struct VolumeState {
     pub has_geometry_term: bool,
     /// What the rays on the device were made for.
     pub rays_for: Option<AmbientOcclusion>,
-    /// Whether the ranges of bricks are there.
-    pub has_ranges: bool,
+    /// For which resolution of the occlusion the ranges of bricks are there.
+    pub ranges_for: Option<OcclusionResolution>,
     /// What opacities, and occlusion where it is valid, are of; `None` before the first.
     pub contents: Option<Contents>,
     /// Which rays have been cast since the last change, and the weight of all that was found.

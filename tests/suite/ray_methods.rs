@@ -29,9 +29,12 @@ fn half_resolution_and_skies_are_exact_too() {
     for (name, occlusion) in [("half", half), ("cloudy", cloudy)] {
         for function in [opaque_ramp(), translucent_ramp()] {
             let (mut scene, carver) = scene(function, occlusion.clone());
-            for step in 0..6 {
-                let rotation = Quat::from_rotation_y(0.3 * step as f32);
-                let pose = Transform::from_xyz(5.0 - 1.7 * step as f32, 6.0, 7.0).with_rotation(rotation);
+            // The last but one reads factors of bricks that are transparent themselves.
+            for step in 0..9 {
+                let (turn, way) = ((step % 7) as f32, step as f32);
+                let rotation = Quat::from_rotation_y(0.3 * turn + 0.01 * way);
+                let pose =
+                    Transform::from_xyz(5.0 - 1.7 * turn - 0.003 * way, 6.0, 7.0).with_rotation(rotation);
                 scene.move_carver(carver, pose);
                 scene.headless.frame();
                 let image = scene.headless.image();

@@ -149,7 +149,7 @@ impl VolumeResources {
             found_weight,
         };
         let work = Work {
-            finds_ranges: !state.has_ranges,
+            finds_ranges: state.ranges_for != Some(volume.occlusion.resolution),
             casts: !unmarked.is_empty() || changes.is_some() && queue != Queue::None || continues,
             goes_on: continues && cast.end < all_rays,
             computes,
@@ -157,7 +157,7 @@ impl VolumeResources {
             windows: unmarked,
             pass,
         };
-        state.has_ranges = true;
+        state.ranges_for = Some(volume.occlusion.resolution);
         state.computed = before.max(computes);
         state.progress = RayProgress { rays: cast.end, weight: found_weight };
         state.contents = Some(contents);
