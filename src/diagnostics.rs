@@ -67,7 +67,8 @@ pub(crate) const COUNTERS: [&str; 6] = [
     "contextual_ao/distances_high",
 ];
 
-/// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down.
+/// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down. A device without queries of
+/// time or statistics counts nothing, with a warning.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct CountWork(pub bool);

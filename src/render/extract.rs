@@ -4,7 +4,7 @@ use bevy::{
     math::{Affine3A, DAffine3, DVec3},
     platform::collections::HashSet,
     prelude::*,
-    render::{Extract, sync_world::MainEntity},
+    render::{Extract, render_resource::WgpuFeatures, renderer::RenderDevice, sync_world::MainEntity},
 };
 
 use crate::{
@@ -124,11 +124,12 @@ pub(crate) fn extract_scene(
     shortcuts: Extract<Res<Shortcuts>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
+    device: Option<Res<RenderDevice>>,
 ) {
     scene.clip_settings = clip_settings.clone();
     scene.clip_capacity = **clip_capacity;
     scene.shortcuts = **shortcuts;
-    scene.count_work = count_work.0;
+    scene.count_work = count_work.0 && device.is_some_and(|device| counts_arrive(&device));
     scene.time_by_clock = time_by_clock.0;
     scene.carvers.clear();
     scene.carvers.extend(carvers.iter().filter_map(|(order, entity, clip_mesh, camera, transform)| {
@@ -166,6 +167,17 @@ pub(crate) fn extract_scene(
             is_placed: is_invertible(transform),
         }
     }));
+}
+
+/// Whether Bevy reads buffers of numbers: where it reads no queries, it takes them for read before they are, and
+/// panics (`finish` in `bevy_render/src/diagnostic/internal.rs` 0.19.1).
+fn counts_arrive(device: &RenderDevice) -> bool {
+    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
+    let arrive = device.features().intersects(queries);
+    if !arrive {
+        warn_once!("work cannot be counted on this graphics device: it has no queries");
+    }
+    arrive
 }
 
 /// The carvers that act on a volume.

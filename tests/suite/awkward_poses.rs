@@ -6,6 +6,7 @@ use bevy_contextual_ao::{diagnostics::Work, prelude::*};
 
 use crate::{
     exact::assert_exact,
+    needs,
     scene::{TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
@@ -37,6 +38,9 @@ fn what_encloses_everything_leaves_nothing_or_everything() {
 #[test]
 fn what_is_far_away_or_tiny_recomputes_nothing() {
     let mut scene = scene();
+    if !needs::counters(&mut scene) {
+        return;
+    }
     scene.settle();
     let (image, hidden) = (scene.headless.image(), scene.hidden());
     assert!(!is_empty(&image));

@@ -8,8 +8,8 @@ use bevy_contextual_ao::{
 
 use crate::{
     headless::Headless,
+    needs::shared_volumes,
     scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, volume_from},
-    shared_volumes::shared_volumes,
 };
 
 fn scene(function: TransferFunction) -> TestScene {

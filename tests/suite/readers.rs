@@ -5,7 +5,7 @@ use std::path::Path;
 use bevy::math::{DVec3, UVec3, Vec3};
 use bevy_contextual_ao::volume::{Intensities, Volume, VolumeError, read_volume_file};
 
-use crate::shared_volumes::shared_volumes;
+use crate::needs::shared_volumes;
 
 fn read(path: &Path) -> Volume {
     read_volume_file(path).unwrap_or_else(|error| panic!("{error}"))

@@ -4,6 +4,7 @@
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::Work, prelude::*};
 
+use crate::needs;
 use crate::scene::{
     TestScene, count_different, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp,
     translucent_ramp,
@@ -66,6 +67,9 @@ fn work_of_a_carve(shortcuts: Shortcuts) -> Work {
 
 #[test]
 fn shortcuts_save_samples() {
+    if !needs::counters(&mut scene(opaque_ramp(), DVec3::ONE, Shortcuts::NONE)) {
+        return;
+    }
     let published = work_of_a_carve(Shortcuts::NONE);
     let all = work_of_a_carve(Shortcuts::default());
     let steps_and_rays = u64::from(few_rays().steps * few_rays().pattern.rays());
@@ -85,6 +89,9 @@ fn shortcuts_save_samples() {
 #[test]
 fn a_view_casts_what_it_sees_and_has_not_seen() {
     let mut scene = scene(opaque_ramp(), DVec3::ONE, Shortcuts::default());
+    if !needs::counters(&mut scene) {
+        return;
+    }
     scene.settle();
     let first = scene.occlusion().iter().flatten().count();
     let camera = scene.camera();
@@ -106,6 +113,9 @@ fn a_view_casts_what_it_sees_and_has_not_seen() {
 #[test]
 fn a_carve_leaves_nothing_uncast_that_is_seen() {
     let mut scene = scene(opaque_ramp(), DVec3::ONE, Shortcuts::default());
+    if !needs::counters(&mut scene) {
+        return;
+    }
     // Another volume with a longer reach: the maps of carvers are made for that.
     let volume = scene.volume;
     let world = scene.world();

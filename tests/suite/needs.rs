@@ -1,0 +1,46 @@
+//! What not every machine has. Where it is missing, the calling test is to return: a line says so, of which
+//! `.ci/test` counts how many there were.
+//!
+//! `#[ignore]` and features are for who builds; what there is shows when a test runs.
+
+use bevy::render::{render_resource::WgpuFeatures, renderer::RenderDevice};
+use std::{io::Write, path::PathBuf, thread};
+
+use crate::{headless::project_folder, scene::TestScene};
+
+/// The folder of real volumes.
+pub fn shared_volumes() -> Option<PathBuf> {
+    let folder = project_folder().join("../shared/volumes");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    skip("../shared/volumes");
+    None
+}
+
+/// Whether the device can count work: Bevy reads buffers only where it reads queries.
+pub fn counters(scene: &mut TestScene) -> bool {
+    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
+    one_of(scene, queries, "queries of time or statistics")
+}
+
+/// Whether the device keeps intensities of 16 bits as they are.
+pub fn wide_intensities(scene: &mut TestScene) -> bool {
+    let formats = WgpuFeatures::TEXTURE_FORMAT_16BIT_NORM | WgpuFeatures::FLOAT32_FILTERABLE;
+    one_of(scene, formats, "intensities of 16 bits")
+}
+
+fn one_of(scene: &mut TestScene, features: WgpuFeatures, what: &str) -> bool {
+    let has_one = scene.world().resource::<RenderDevice>().features().intersects(features);
+    if !has_one {
+        skip(what);
+    }
+    has_one
+}
+
+fn skip(what: &str) {
+    let thread = thread::current();
+    let test = thread.name().unwrap_or("a test");
+    // Written by hand: what tests that pass print is not shown.
+    let _ = writeln!(std::io::stderr(), "skipped: {test} needs {what}");
+}
