@@ -34,7 +34,7 @@ pub enum RayPattern {
 }
 
 impl Default for RayPattern {
-    // The fewest that are closer to the truth than the paper's 54 in all scenes tried (README).
+    // The fewest that are closer to the truth than the paper's 54 in all scenes tried (`docs/measurements.md`).
     fn default() -> Self {
         Self::Fibonacci(36)
     }

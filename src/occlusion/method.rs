@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion};
 
-/// The systems of the papers. All see what carvers leave of a volume; the README says what each is good for
+/// The systems of the papers. All see what carvers leave of a volume; `docs/methods.md` says what each is good for
 /// and where it fails.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]

@@ -5,11 +5,13 @@ use bevy::{
     prelude::*,
     render::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
-        render_resource::{PollType, WgpuLimits},
+        render_resource::{PollType, WgpuFeatures, WgpuLimits},
         renderer::RenderDevice,
+        settings::WgpuSettings,
     },
 };
 use bevy_contextual_ao::{
+    diagnostics::Work,
     occlusion::{OcclusionSweeping, SweepingSurface},
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
@@ -109,6 +111,21 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     scene.headless.frames(3);
     assert_eq!(scene.world().resource::<Errors>().0.len(), 1);
     assert!(is_empty(&scene.headless.image()));
+}
+
+#[test]
+fn a_device_without_queries_counts_nothing() {
+    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
+    let settings = WgpuSettings { disabled_features: Some(queries), ..device::settings() };
+    let headless = Headless::with_settings(IMAGE, settings, |_| {});
+    let volume = folded_volume(SIZE, DVec3::ONE);
+    let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
+    scene.settle();
+    let image = scene.headless.image();
+    scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
+    scene.settle();
+    assert_eq!(scene.headless.count_work(scene.volume), Work::default());
+    assert!(scene.headless.image() != image, "nothing is carved");
 }
 
 #[test]
