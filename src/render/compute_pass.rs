@@ -188,7 +188,7 @@ pub(crate) fn are_ready<'p>(
     passes: impl IntoIterator<Item = &'p ComputePass>,
     cache: &PipelineCache,
 ) -> bool {
-    passes.into_iter().fold(true, |are_ready, pass| pass.is_ready(cache) && are_ready)
+    passes.into_iter().filter(|pass| !pass.is_ready(cache)).count() == 0
 }
 
 /// How many workgroups a pass gets.

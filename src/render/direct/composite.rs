@@ -73,7 +73,8 @@ impl CompositePipelines<'_, '_> {
     pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
         let Self { base, variants, views } = self;
         let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
-        views.iter().map(CompositeKey::of).fold(true, |are_ready, key| is_ready(key) && are_ready)
+        // All are asked for at once.
+        views.iter().map(CompositeKey::of).filter(|key| !is_ready(*key)).count() == 0
     }
 }
 

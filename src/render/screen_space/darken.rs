@@ -100,7 +100,8 @@ impl DarkenPipelines<'_, '_> {
         let formats = views.iter().map(ViewTarget::main_texture_format);
         let keys = formats.flat_map(|format| [false, true].map(|blurs| DarkenKey { format, blurs }));
         let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
-        keys.fold(true, |are_ready, key| is_ready(key) && are_ready)
+        // All are asked for at once.
+        keys.filter(|key| !is_ready(*key)).count() == 0
     }
 }
 
