@@ -19,7 +19,7 @@ use bevy::{
     shader::{ShaderDefVal, ShaderRef},
 };
 
-use crate::render::{ClipMaps, Formats, OcclusionTexels, VolumeStore, volume_bindings};
+use crate::render::{ClipMaps, Formats, OcclusionTexels, VolumeStore, volumes::volume_bindings};
 
 /// Draws the volume of an entity, made and kept up to date by the plugin.
 ///

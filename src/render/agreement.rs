@@ -6,32 +6,38 @@ use naga::{ArraySize, Handle, Module, Scalar, ScalarKind, StructMember, Type, Ty
 use std::{collections::BTreeSet, fs, path::Path};
 
 use super::{
-    brick_resources::{MASKS, PENDING},
-    carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
-    clip_textures::{PEEL_BYTES_PER_TEXEL, TEXELS_PER_TILE},
-    compute_pass::{LIST_HEAD, ListEnd, WIDTH},
-    dilate::DilationUniform,
-    direct::SlicingData,
-    filtering::FilteringData,
-    pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
-    peel::LayerRangeUniform,
-    screen_space::views::ScreenSpaceUniform,
-    sweeping::{SIDE, SweepPlane, SweepingUniform, TILE},
-    volume_store::VoxelMask,
-    volume_uniform::VolumeUniform,
+    carvers::{
+        clip_textures::{PEEL_BYTES_PER_TEXEL, TEXELS_PER_TILE},
+        dilate::DilationUniform,
+        peel::LayerRangeUniform,
+    },
+    gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
+    methods::{
+        direct::SlicingData,
+        filtering::FilteringData,
+        screen_space::views::ScreenSpaceUniform,
+        sweeping::{SIDE, SweepPlane, SweepingUniform, TILE},
+    },
+    volumes::{
+        brick_resources::{MASKS, PENDING},
+        carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
+        pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+        volume_store::VoxelMask,
+        volume_uniform::VolumeUniform,
+    },
 };
 use crate::{
     clip::{CoverageRule, MAX_CARVERS},
     occlusion::DensityEstimate,
 };
 
-const BINDINGS: &str = include_str!("volume_bindings.wgsl");
-const BRICKS: &str = include_str!("bricks.wgsl");
-const PASS: &str = include_str!("occlusion_pass.wgsl");
-const WORK_LIST: &str = include_str!("work_list.wgsl");
-const DILATE: &str = include_str!("dilate.wgsl");
-const FILTERING: &str = include_str!("filtering/voxel_lines.wgsl");
-const SWEEP: &str = include_str!("sweeping/sweep.wgsl");
+const BINDINGS: &str = include_str!("volumes/volume_bindings.wgsl");
+const BRICKS: &str = include_str!("volumes/bricks.wgsl");
+const PASS: &str = include_str!("volumes/occlusion_pass.wgsl");
+const WORK_LIST: &str = include_str!("volumes/work_list.wgsl");
+const DILATE: &str = include_str!("carvers/dilate.wgsl");
+const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
+const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
 const OCTANTS: &str = include_str!("../material/octants.wgsl");
 
 /// A member of a struct: its name, its type as Rust writes it, its offset.

@@ -10,7 +10,10 @@ use bevy::{
 };
 
 use super::{
-    clip_draw::MeshSource, clip_maps::ClipMaps, compute_pass::Groups, frame::Frame, passes::Passes,
+    carvers::{clip_draw::MeshSource, clip_maps::ClipMaps},
+    frame::Frame,
+    gpu::compute_pass::Groups,
+    passes::Passes,
     plan::FramePlan,
 };
 use crate::diagnostics::{

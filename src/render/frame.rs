@@ -10,7 +10,7 @@ use bevy::{
 };
 use std::time::Instant;
 
-use super::{plan::FramePlan, ray_cast::RayCastPasses};
+use super::{methods::rays::ray_cast::RayCastPasses, plan::FramePlan};
 use crate::diagnostics::{COUNTERS, ReportChannel};
 
 /// Passes being encoded.

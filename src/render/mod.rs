@@ -1,52 +1,26 @@
 //! The passes, in the render world. This file only wires them up:
 //!
-//! main world → `extract` → `volume_store`, `clip_maps` (what stays on the device) → `plan` (what
-//! this frame needs) → `encode` (the passes, in order).
+//! main world → `extract` → `carvers`, `volumes` (what stays on the device) → `plan` (what this frame needs) →
+//! `encode` (the passes, in order).
+//!
+//! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V; `rays`
+//! is the paper's). `views` is what passes share with drawing (VI, `material`), `gpu` what passes are made of.
 
 #[cfg(test)]
 mod agreement;
-mod brick_resources;
-mod carver_uniform;
-mod clip;
-mod clip_draw;
-mod clip_keys;
-mod clip_maps;
-mod clip_textures;
-mod compute_pass;
-mod count_surfaces;
-mod cull;
-mod device_loss;
-mod dilate;
-mod direct;
-mod distances;
+mod carvers;
+mod clipping;
 mod encode;
 mod extract;
-mod filtering;
-mod fit_occlusion;
-mod formats;
 mod frame;
-mod gpu_volume;
-mod mark;
-mod method_bytes;
-mod method_pipelines;
-mod occlusion_texels;
-mod pass_uniforms;
+mod gpu;
+mod methods;
 mod passes;
-mod peel;
 mod plan;
-mod ranges;
-mod ray_cast;
-mod screen_space;
-mod surface_count;
-mod sweeping;
-mod textures;
-pub(crate) mod volume_bindings;
-mod volume_state;
-mod volume_store;
-mod volume_uniform;
+mod views;
+pub(crate) mod volumes;
 
 use bevy::{
-    asset::embedded_asset,
     core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
@@ -56,18 +30,17 @@ use bevy::{
         render_resource::SpecializedRenderPipelines,
         renderer::{RenderGraph, RenderGraphSystems},
     },
-    shader::load_shader_library,
 };
 
 use crate::diagnostics::{ReportChannel, SweepDistancesAlone};
 
-pub(crate) use clip_maps::ClipMaps;
-pub(crate) use fit_occlusion::fit_occlusion;
-pub(crate) use formats::Formats;
-pub(crate) use method_pipelines::{CompilesInBackground, MethodPipelines};
-pub(crate) use occlusion_texels::OcclusionTexels;
-pub(crate) use sweeping::draws_isosurface;
-pub use volume_store::{VolumeStore, VolumeTexture, VoxelMask};
+pub(crate) use carvers::clip_maps::ClipMaps;
+pub(crate) use gpu::formats::Formats;
+pub(crate) use methods::fit_occlusion::fit_occlusion;
+pub(crate) use methods::method_pipelines::{CompilesInBackground, MethodPipelines};
+pub(crate) use methods::sweeping::draws_isosurface;
+pub(crate) use volumes::occlusion_texels::OcclusionTexels;
+pub use volumes::volume_store::{VolumeStore, VolumeTexture, VoxelMask};
 
 /// Where, in the render world, what stays on the device is made: whatever binds it comes after.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -82,84 +55,65 @@ pub(crate) struct OcclusionRenderPlugin;
 
 impl Plugin for OcclusionRenderPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "volume_bindings.wgsl");
-        load_shader_library!(app, "bricks.wgsl");
-        load_shader_library!(app, "brick_bindings.wgsl");
-        load_shader_library!(app, "voxel_masks.wgsl");
-        load_shader_library!(app, "work_list.wgsl");
-        load_shader_library!(app, "listed.wgsl");
-        load_shader_library!(app, "changes.wgsl");
-        load_shader_library!(app, "emptiness.wgsl");
-        load_shader_library!(app, "clip_test.wgsl");
-        load_shader_library!(app, "occlusion_pass.wgsl");
-        load_shader_library!(app, "coverage.wgsl");
-        load_shader_library!(app, "view_ray.wgsl");
-        load_shader_library!(app, "density.wgsl");
-        load_shader_library!(app, "orientation.wgsl");
-        load_shader_library!(app, "shading.wgsl");
-        load_shader_library!(app, "window.wgsl");
-        embedded_asset!(app, "clip_draw.wgsl");
-        embedded_asset!(app, "count_surfaces.wgsl");
-        embedded_asset!(app, "peel.wgsl");
-        embedded_asset!(app, "dilate.wgsl");
-        embedded_asset!(app, "ranges.wgsl");
-        embedded_asset!(app, "cull.wgsl");
-        embedded_asset!(app, "clip.wgsl");
-        embedded_asset!(app, "expire.wgsl");
-        embedded_asset!(app, "distances.wgsl");
-        embedded_asset!(app, "mark.wgsl");
-        embedded_asset!(app, "ray_cast.wgsl");
-        filtering::add_shaders(app);
-        sweeping::add_shaders(app);
+        volumes::add_shaders(app);
+        carvers::add_shaders(app);
+        clipping::add_shaders(app);
+        views::add_shaders(app);
+        methods::add_shaders(app);
         app.add_plugins((
             ExtractResourcePlugin::<SweepDistancesAlone>::default(),
-            screen_space::ScreenSpacePlugin,
-            direct::DirectOcclusionPlugin,
+            methods::screen_space::ScreenSpacePlugin,
+            methods::direct::DirectOcclusionPlugin,
         ));
         let report = app.world().resource::<ReportChannel>().clone();
-        let methods = MethodPipelines::default();
+        let pipelines = MethodPipelines::default();
         let in_background = CompilesInBackground::of(app);
-        app.insert_resource(in_background).insert_resource(methods.clone());
+        app.insert_resource(in_background).insert_resource(pipelines.clone());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
             .insert_resource(report)
-            .insert_resource(methods)
+            .insert_resource(pipelines)
             .init_resource::<extract::ExtractedScene>()
             .init_gpu_resource::<ClipMaps>()
             .init_gpu_resource::<VolumeStore>()
             .init_gpu_resource::<plan::FramePlan>()
-            .init_gpu_resource::<SpecializedRenderPipelines<clip_draw::ClipDrawPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<carvers::clip_draw::ClipDrawPipeline>>()
             .init_gpu_resource::<Formats>()
             .add_systems(
                 RenderStartup,
                 (
-                    init_gpu_resource::<clip_draw::ClipDrawPipeline>,
-                    init_gpu_resource::<count_surfaces::CountPass>,
-                    init_gpu_resource::<peel::PeelPasses>,
-                    init_gpu_resource::<dilate::DilatePasses>,
-                    init_gpu_resource::<ranges::RangesPass>,
-                    init_gpu_resource::<cull::CullPass>,
-                    init_gpu_resource::<clip::ClipPasses>,
-                    init_gpu_resource::<distances::DistancePasses>,
-                    init_gpu_resource::<filtering::FilteringPasses>,
-                    init_gpu_resource::<mark::MarkPass>,
-                    init_gpu_resource::<ray_cast::RayCastPasses>,
-                    init_gpu_resource::<sweeping::SweepPasses>,
+                    init_gpu_resource::<carvers::clip_draw::ClipDrawPipeline>,
+                    init_gpu_resource::<carvers::count_surfaces::CountPass>,
+                    init_gpu_resource::<carvers::peel::PeelPasses>,
+                    init_gpu_resource::<carvers::dilate::DilatePasses>,
+                    init_gpu_resource::<clipping::ranges::RangesPass>,
+                    init_gpu_resource::<clipping::cull::CullPass>,
+                    init_gpu_resource::<clipping::clip::ClipPasses>,
+                    init_gpu_resource::<clipping::distances::DistancePasses>,
+                    init_gpu_resource::<methods::filtering::FilteringPasses>,
+                    init_gpu_resource::<methods::rays::mark::MarkPass>,
+                    init_gpu_resource::<methods::rays::ray_cast::RayCastPasses>,
+                    init_gpu_resource::<methods::sweeping::SweepPasses>,
                 )
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),
             )
-            .add_systems(RenderStartup, device_loss::forget_lost_bind_groups)
+            .add_systems(RenderStartup, gpu::device_loss::forget_lost_bind_groups)
             .add_systems(ExtractSchedule, extract::extract_scene)
             .add_systems(
                 Render,
                 (
-                    volume_store::prepare_resources
+                    volumes::volume_store::prepare_resources
                         .in_set(RenderSystems::PrepareAssets)
                         .in_set(VolumeResourceSystems),
-                    (method_pipelines::find_ready, plan::plan_views, plan::plan_carvers, plan::plan_volumes)
+                    (
+                        methods::method_pipelines::find_ready,
+                        plan::plan_views,
+                        plan::plan_carvers,
+                        plan::plan_volumes,
+                    )
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                 )
@@ -169,7 +123,7 @@ impl Plugin for OcclusionRenderPlugin {
                 RenderGraph,
                 (
                     encode::encode_passes.in_set(RenderGraphSystems::Render).before(camera_driver),
-                    count_surfaces::request_counts.in_set(RenderGraphSystems::Finish),
+                    carvers::count_surfaces::request_counts.in_set(RenderGraphSystems::Finish),
                 )
                     .run_if(resource_exists::<DeviceSupport>),
             );

@@ -3,9 +3,15 @@
 use bevy::{ecs::system::SystemParam, prelude::*, render::render_resource::PipelineCache};
 
 use super::{
-    clip::ClipPasses, count_surfaces::CountPass, cull::CullPass, dilate::DilatePasses, direct::DirectPasses,
-    distances::DistancePasses, filtering::FilteringPasses, mark::MarkPass, peel::PeelPasses,
-    ranges::RangesPass, ray_cast::RayCastPasses, screen_space::ScreenSpacePasses, sweeping::SweepPasses,
+    carvers::{count_surfaces::CountPass, dilate::DilatePasses, peel::PeelPasses},
+    clipping::{clip::ClipPasses, cull::CullPass, distances::DistancePasses, ranges::RangesPass},
+    methods::{
+        direct::DirectPasses,
+        filtering::FilteringPasses,
+        rays::{mark::MarkPass, ray_cast::RayCastPasses},
+        screen_space::ScreenSpacePasses,
+        sweeping::SweepPasses,
+    },
 };
 use crate::occlusion::OcclusionMethod;
 

@@ -15,13 +15,15 @@ use super::FramePlan;
 use crate::{
     clip::{ClipMeshCutOff, MAX_LAYERS},
     render::{
-        clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
-        clip_keys::{DepthKey, DilationKey},
-        clip_maps::{ClipMaps, ReadyCarver, Slot},
-        clip_textures::ClipTextures,
+        carvers::{
+            clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
+            clip_keys::{DepthKey, DilationKey},
+            clip_maps::{ClipMaps, ReadyCarver, Slot},
+            clip_textures::ClipTextures,
+            surface_count::layers_of,
+        },
         extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
         passes::Passes,
-        surface_count::layers_of,
     },
 };
 

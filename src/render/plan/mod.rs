@@ -14,8 +14,8 @@ pub(crate) use volumes::{VolumeJob, plan_volumes};
 use bevy::{platform::collections::HashMap, prelude::*, render::sync_world::MainEntity};
 
 use super::{
-    clip_maps::ReadyCarver, count_surfaces::CountJob, dilate::DilateJob, extract::ExtractedVolume,
-    peel::PeelJob,
+    carvers::{clip_maps::ReadyCarver, count_surfaces::CountJob, dilate::DilateJob, peel::PeelJob},
+    extract::ExtractedVolume,
 };
 use crate::clip::ClipMeshCutOff;
 

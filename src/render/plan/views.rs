@@ -14,7 +14,7 @@ use bevy::{
 use super::FramePlan;
 use crate::render::{
     extract::{ExtractedScene, ExtractedVolume},
-    pass_uniforms::WindowUniform,
+    volumes::pass_uniforms::WindowUniform,
 };
 
 /// A view of the scene.

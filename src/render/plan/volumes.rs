@@ -15,22 +15,24 @@ use super::{FramePlan, work::Work};
 use crate::{
     diagnostics::{ReportChannel, SweepDistancesAlone},
     render::{
-        brick_resources::{BrickResources, PENDING, work_group},
-        carver_uniform::{CarverTable, CarverUniform},
-        clip_maps::ClipMaps,
-        clip_textures::ClipTextures,
-        distances::DistanceGroups,
+        carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures},
+        clipping::distances::DistanceGroups,
         extract::{ExtractedScene, ExtractedVolume},
-        filtering::FilteringJob,
-        formats::Formats,
-        mark::MarkJob,
+        gpu::formats::Formats,
+        methods::{
+            filtering::FilteringJob,
+            rays::{mark::MarkJob, ray_cast::RayCastJob},
+            sweeping::{SweepJob, SweepResources},
+        },
         passes::Passes,
-        ray_cast::RayCastJob,
-        sweeping::{SweepJob, SweepResources},
-        volume_bindings,
-        volume_state::{Computed, Contents},
-        volume_store::{VolumeResources, VolumeStore},
-        volume_uniform::VolumeUniform,
+        volumes::{
+            brick_resources::{BrickResources, PENDING, work_group},
+            carver_uniform::{CarverTable, CarverUniform},
+            volume_bindings,
+            volume_state::{Computed, Contents},
+            volume_store::{VolumeResources, VolumeStore},
+            volume_uniform::VolumeUniform,
+        },
     },
 };
 

@@ -7,11 +7,13 @@ use super::{changes::Changes, views::VolumeView};
 use crate::{
     occlusion::{OcclusionMethod, ProgressiveRays, Shortcuts},
     render::{
-        carver_uniform::CarverUniform,
         extract::ExtractedVolume,
-        pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
-        volume_state::{Computed, Contents, RayProgress},
-        volume_store::VolumeResources,
+        volumes::{
+            carver_uniform::CarverUniform,
+            pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
+            volume_state::{Computed, Contents, RayProgress},
+            volume_store::VolumeResources,
+        },
     },
 };
 

@@ -1,0 +1,61 @@
+//! What the maps of a carver depend on: they are made again when that changes, and only then.
+
+use bevy::{math::Vec3, prelude::*};
+
+use crate::clip::{ClipFrame, ClipOperation, DilationFrame};
+use crate::render::extract::{ExtractedCarver, Influence};
+
+/// What a depth map depends on, besides the number of its layers.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct DepthKey {
+    pub mesh: AssetId<Mesh>,
+    revision: u32,
+    pub frame: ClipFrame,
+    /// Texels per side.
+    map_size: u32,
+}
+
+impl DepthKey {
+    pub fn of(carver: &ExtractedCarver, map_size: u32) -> Self {
+        Self { mesh: carver.mesh, revision: carver.revision, frame: carver.frame, map_size }
+    }
+}
+
+/// What a dilation map depends on, besides the depth map: half axes of ellipsoids, clip map space.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct DilationKey {
+    /// The mesh is inflated by this.
+    pub inflation: Vec3,
+    /// And shrunk by this.
+    pub shrinkage: Vec3,
+}
+
+impl DilationKey {
+    /// What a carver needs, keeping `current` while it serves: turning a carver changes the radii
+    /// by rounding only, which the margins of reach and footprint cover. `None` if the carver is
+    /// collapsed.
+    pub fn new(
+        frame: &ClipFrame,
+        world_from_local: Mat3,
+        operation: ClipOperation,
+        influence: Influence,
+        current: Option<Self>,
+    ) -> Option<Self> {
+        let radii = |length| frame.reach_radii(world_from_local, length);
+        let (reach, footprint) = (radii(influence.reach_world)?, radii(influence.footprint_world)?);
+        let new = match operation {
+            ClipOperation::Subtract => Self { inflation: reach, shrinkage: footprint },
+            ClipOperation::Intersect => Self { inflation: footprint, shrinkage: reach },
+        };
+        let serves = |old: &Self| {
+            let change = |old: Vec3, new: Vec3| (new / old - 1.0).abs().max_element();
+            change(old.inflation, new.inflation).max(change(old.shrinkage, new.shrinkage)) < 1e-4
+        };
+        Some(current.filter(serves).unwrap_or(new))
+    }
+
+    /// The part of clip map space that the dilation map covers.
+    pub fn frame(&self) -> DilationFrame {
+        DilationFrame::for_radii(self.inflation)
+    }
+}

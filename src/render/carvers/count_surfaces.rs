@@ -1,0 +1,107 @@
+//! How many surfaces a clip mesh has along the lines of sight of its clip camera: counted on the
+//! device when the mesh changes.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
+            PipelineCache, ShaderStages, TextureSampleType,
+            binding_types::{storage_buffer_sized, texture_2d},
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::{
+    clip_draw::{ClipMeshDraw, Draw, MeshSource},
+    clip_keys::DepthKey,
+    clip_maps::ClipMaps,
+    clip_textures::ClipTextures,
+    surface_count::SurfaceCount,
+};
+use crate::render::gpu::compute_pass::{ComputePass, Groups, PassDescriptor};
+
+const BYTES: u64 = 4;
+
+/// Asks for the counts that were made this frame.
+pub(crate) fn request_counts(mut clip_maps: ResMut<ClipMaps>, device: Res<RenderDevice>) {
+    for slot in clip_maps.slots.values_mut() {
+        slot.count.request(&device);
+    }
+}
+
+#[derive(Resource, Deref)]
+pub(crate) struct CountPass(ComputePass);
+
+impl FromWorld for CountPass {
+    fn from_world(world: &mut World) -> Self {
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_2d(TextureSampleType::Float { filterable: false }),
+                storage_buffer_sized(false, core::num::NonZeroU64::new(BYTES)),
+            ),
+        );
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_count_surfaces",
+            shader: load_embedded_asset!(world, "count_surfaces.wgsl"),
+            own: &own,
+            ..default()
+        };
+        Self(ComputePass::new(world, descriptor))
+    }
+}
+
+impl CountPass {
+    /// Begins to count the surfaces of a mesh.
+    pub fn begin(
+        &self,
+        draw: ClipMeshDraw,
+        key: DepthKey,
+        count: &mut SurfaceCount,
+        textures: &ClipTextures,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> CountJob {
+        let buffer = |label, usage| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size: BYTES,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let most = buffer("contextual_ao_surface_count", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let staging =
+            buffer("contextual_ao_surface_count_read", BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        let group = self.bind((&textures.counts.view, most.as_entire_binding()), cache, device);
+        count.expect(key, staging.clone());
+        CountJob { draw, group, most, staging }
+    }
+}
+
+/// One mesh whose surfaces are to be counted.
+pub(crate) struct CountJob {
+    draw: ClipMeshDraw,
+    group: BindGroup,
+    most: Buffer,
+    staging: Buffer,
+}
+
+impl CountJob {
+    pub fn encode(
+        &self,
+        encoder: &mut CommandEncoder,
+        pass: &CountPass,
+        textures: &ClipTextures,
+        source: &MeshSource,
+    ) {
+        self.draw.encode(Draw::Count, encoder, &textures.counts.view, None, source);
+        // An invocation has 16x16 texels, a workgroup 8x8 invocations.
+        let groups = Groups::Square(textures.depth_map_size.div_ceil(16 * 8));
+        pass.encode(encoder, [&self.group], groups, source.cache);
+        encoder.copy_buffer_to_buffer(&self.most, 0, &self.staging, 0, BYTES);
+    }
+}

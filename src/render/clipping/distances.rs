@@ -1,0 +1,105 @@
+//! How far every brick is from the nearest in which something may be seen.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, CommandEncoder, PipelineCache,
+            ShaderStages, StorageTextureAccess, TextureSampleType,
+            binding_types::{storage_buffer_read_only_sized, texture_3d, texture_storage_3d},
+        },
+        renderer::RenderDevice,
+    },
+    shader::ShaderDefVal,
+};
+
+use crate::render::{
+    gpu::compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
+    volumes::{brick_resources::BRICK_FORMAT, volume_bindings, volume_store::VolumeResources},
+};
+
+/// What is occupied, then a sweep along each axis; each visits all bricks.
+#[derive(Resource)]
+pub(crate) struct DistancePasses {
+    occupy: ComputePass,
+    sweeps: [ComputePass; 3],
+}
+
+/// The bind groups of each.
+pub(crate) struct DistanceGroups {
+    occupy: BindGroup,
+    sweeps: [BindGroup; 3],
+}
+
+impl FromWorld for DistancePasses {
+    fn from_world(world: &mut World) -> Self {
+        let read = storage_buffer_read_only_sized(false, None);
+        let written = texture_storage_3d(BRICK_FORMAT, StorageTextureAccess::WriteOnly);
+        let along_other_axes = texture_3d(TextureSampleType::Uint);
+        let shader: Handle<Shader> = load_embedded_asset!(world, "distances.wgsl");
+        let pass = |shader_def, own: &[BindGroupLayoutEntry]| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_distances",
+                shader: shader.clone(),
+                shader_defs: vec![shader_def],
+                before: vec![volume_bindings::compute_layout()],
+                own,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
+        };
+        let stages = ShaderStages::COMPUTE;
+        let occupy = BindGroupLayoutEntries::sequential(stages, (read, read, read, written));
+        let sweep = BindGroupLayoutEntries::sequential(stages, (along_other_axes, written));
+        Self {
+            occupy: pass("OCCUPY".into(), &occupy),
+            sweeps: [0, 1, 2].map(|axis| pass(ShaderDefVal::UInt("AXIS".into(), axis), &sweep)),
+        }
+    }
+}
+
+impl DistancePasses {
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        are_ready(self.sweeps.iter().chain([&self.occupy]), cache)
+    }
+
+    pub fn bind_volume(
+        &self,
+        volume: &VolumeResources,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> DistanceGroups {
+        let bricks = &volume.bricks;
+        let (to, fro) = (&bricks.distances.view, &bricks.other_distances.view);
+        let resources = (
+            bricks.opaque_before.as_entire_binding(),
+            bricks.ranges.as_entire_binding(),
+            bricks.voxel_masks.as_entire_binding(),
+            fro,
+        );
+        let [x, y, z] = &self.sweeps;
+        DistanceGroups {
+            occupy: self.occupy.bind(resources, cache, device),
+            sweeps: [
+                x.bind((fro, to), cache, device),
+                y.bind((to, fro), cache, device),
+                z.bind((fro, to), cache, device),
+            ],
+        }
+    }
+
+    pub fn encode(
+        &self,
+        encoder: &mut CommandEncoder,
+        volume: &BindGroup,
+        groups: &DistanceGroups,
+        bricks: u32,
+        cache: &PipelineCache,
+    ) {
+        self.occupy.encode(encoder, [volume, &groups.occupy], Groups::Invocations(bricks), cache);
+        for (sweep, group) in self.sweeps.iter().zip(&groups.sweeps) {
+            sweep.encode(encoder, [volume, group], Groups::Invocations(bricks), cache);
+        }
+    }
+}

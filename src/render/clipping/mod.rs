@@ -1,0 +1,21 @@
+//! Step IV of the CAO paper: which voxels carvers touch, what they leave of them, and where nothing is left.
+
+pub(super) mod clip;
+pub(super) mod cull;
+pub(super) mod distances;
+pub(super) mod ranges;
+
+use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
+
+/// Makes the shaders known.
+pub(super) fn add_shaders(app: &mut App) {
+    load_shader_library!(app, "emptiness.wgsl");
+    load_shader_library!(app, "clip_test.wgsl");
+    load_shader_library!(app, "coverage.wgsl");
+    load_shader_library!(app, "density.wgsl");
+    embedded_asset!(app, "ranges.wgsl");
+    embedded_asset!(app, "cull.wgsl");
+    embedded_asset!(app, "clip.wgsl");
+    embedded_asset!(app, "expire.wgsl");
+    embedded_asset!(app, "distances.wgsl");
+}

@@ -1,0 +1,47 @@
+//! The range of intensities around every brick, once per volume.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages,
+            binding_types::storage_buffer_sized,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::render::{
+    gpu::compute_pass::{ComputePass, PassDescriptor},
+    volumes::{volume_bindings, volume_store::VolumeResources},
+};
+
+/// Visits all bricks.
+#[derive(Resource, Deref)]
+pub(crate) struct RangesPass(ComputePass);
+
+impl FromWorld for RangesPass {
+    fn from_world(world: &mut World) -> Self {
+        let own = BindGroupLayoutEntries::single(ShaderStages::COMPUTE, storage_buffer_sized(false, None));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_ranges",
+            shader: load_embedded_asset!(world, "ranges.wgsl"),
+            before: vec![volume_bindings::compute_layout()],
+            own: &own,
+            ..default()
+        };
+        Self(ComputePass::new(world, descriptor))
+    }
+}
+
+impl RangesPass {
+    pub fn bind_volume(
+        &self,
+        volume: &VolumeResources,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> BindGroup {
+        self.bind((volume.bricks.ranges.as_entire_binding(),), cache, device)
+    }
+}

@@ -1,0 +1,100 @@
+//! What the slices of a view are accumulated in. Views, and volumes in a view, use it one after the other.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferInitDescriptor, BufferUsages, Extent3d, TextureDescriptor,
+            TextureDimension, TextureFormat, TextureUsages, TextureViewDimension,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::{
+    diagnostics::GpuUsage,
+    occlusion::DirectOcclusion,
+    render::gpu::textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
+};
+
+/// What light is stored in: all devices write and filter it.
+pub(super) const LIGHT_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
+/// Bytes from the number of a slice to that of the next, which any device can bind.
+pub(super) const NUMBER_STRIDE: u32 = 256;
+/// Windows that grow and shrink by less than this keep their buffers, pixels.
+const GRAIN: u32 = 64;
+
+/// The buffers, while any view needs them.
+#[derive(Resource, Default)]
+pub(super) struct DirectBuffers(pub Option<Buffers>);
+
+/// Large enough for the largest window.
+pub(super) struct Buffers {
+    size: UVec2,
+    /// Colour, premultiplied, and opacity of every pixel.
+    pub eye: Buffer,
+    /// The share of the light that reaches a slice, and the next.
+    pub light: [TextureAndView; 2],
+    /// The number of every slice.
+    pub numbers: Buffer,
+}
+
+impl DirectBuffers {
+    /// Makes buffers for windows of up to so many pixels, and frees those that are too small or too large.
+    /// `None` where there are no windows, or the device has no buffers that large.
+    pub fn fit(&mut self, window: UVec2, device: &RenderDevice) -> Option<&Buffers> {
+        let size = (window + (GRAIN - 1)) / GRAIN * GRAIN;
+        let bytes = 16 * u64::from(size.x) * u64::from(size.y);
+        // One ring of pixels around the window.
+        let fits = size.max_element() + 2 <= device.limits().max_texture_dimension_2d
+            && bytes <= largest_storage_buffer(device);
+        if window.min_element() == 0 || !fits {
+            self.0 = None;
+        } else if self.0.as_ref().is_none_or(|buffers| buffers.size != size) {
+            self.0 = Some(Buffers::new(size, bytes, device));
+        }
+        self.0.as_ref()
+    }
+}
+
+impl Buffers {
+    fn new(size: UVec2, bytes: u64, device: &RenderDevice) -> Self {
+        let light = |label| {
+            let descriptor = TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width: size.x + 2, height: size.y + 2, ..default() },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: LIGHT_FORMAT,
+                usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            };
+            TextureAndView::new(device, &descriptor, TextureViewDimension::D2)
+        };
+        let mut numbers = vec![0u32; (DirectOcclusion::MOST_SLICES * NUMBER_STRIDE / 4) as usize];
+        for (number, place) in (0..).zip(numbers.iter_mut().step_by(NUMBER_STRIDE as usize / 4)) {
+            *place = number;
+        }
+        Self {
+            size,
+            eye: device.create_buffer(&BufferDescriptor {
+                label: Some("contextual_ao_eye"),
+                size: bytes,
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+            light: ["contextual_ao_light_a", "contextual_ao_light_b"].map(light),
+            numbers: device.create_buffer_with_data(&BufferInitDescriptor {
+                label: Some("contextual_ao_slice_numbers"),
+                contents: bytemuck::cast_slice(&numbers),
+                usage: BufferUsages::STORAGE,
+            }),
+        }
+    }
+
+    pub fn usage(&self) -> GpuUsage {
+        let textures = self.light.iter().map(|light| &light.texture);
+        usage_of(textures) + usage_of_buffers([&self.eye, &self.numbers])
+    }
+}

@@ -1,0 +1,72 @@
+//! Direct occlusion shading: passes of every view that shows a volume with this method, which draw the volume
+//! in place of its material.
+//!
+//! `slicing` (where the slices are) → `views` (what each view draws, and with what) → `slices` (the pass over
+//! every slice) → `composite` (over what is drawn so far).
+
+mod buffers;
+mod composite;
+mod slices;
+mod slicing;
+mod views;
+
+use bevy::{
+    asset::embedded_asset,
+    core_pipeline::{
+        Core3d, Core3dSystems,
+        core_3d::{main_opaque_pass_3d, main_transparent_pass_3d},
+    },
+    pbr::main_transmissive_pass_3d,
+    prelude::*,
+    render::{
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
+        render_resource::SpecializedRenderPipelines,
+    },
+};
+
+pub(crate) use composite::CompositePipelines;
+pub(crate) use slices::DirectPasses;
+#[cfg(test)]
+pub(in crate::render) use slicing::SlicingData;
+
+use crate::render::{DeviceSupport, frame::are_timed_by_clock, gpu::formats::Formats};
+
+/// Adds the passes to the render world.
+pub(in crate::render) struct DirectOcclusionPlugin;
+
+impl Plugin for DirectOcclusionPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "slices.wgsl");
+        embedded_asset!(app, "composite.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_gpu_resource::<views::DirectViews>()
+            .init_gpu_resource::<buffers::DirectBuffers>()
+            .init_gpu_resource::<SpecializedRenderPipelines<composite::CompositePipeline>>()
+            .add_systems(
+                RenderStartup,
+                (init_gpu_resource::<DirectPasses>, init_gpu_resource::<composite::CompositePipeline>)
+                    .after(init_gpu_resource::<Formats>)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Render,
+                views::prepare_views
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Core3d,
+                // What is timed by the clock is submitted at once, and before it all that it reads.
+                (ApplyDeferred.run_if(are_timed_by_clock), views::shade_views)
+                    .chain()
+                    .in_set(Core3dSystems::MainPass)
+                    .after(main_opaque_pass_3d)
+                    .after(main_transmissive_pass_3d)
+                    .before(main_transparent_pass_3d)
+                    .run_if(resource_exists::<DeviceSupport>),
+            );
+    }
+}

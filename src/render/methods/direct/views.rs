@@ -1,0 +1,178 @@
+//! What each view draws by direct occlusion shading.
+
+use bevy::{
+    core_pipeline::{prepass::ViewPrepassTextures, tonemapping::Tonemapping},
+    ecs::{entity::EntityHashMap, system::SystemParam},
+    prelude::*,
+    render::{
+        render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
+        renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        view::{ViewTarget, ViewUniformOffset},
+    },
+};
+
+use super::{
+    buffers::{Buffers, DirectBuffers},
+    composite::{CompositeJob, CompositeKey, CompositePipeline, ViewKind, ViewResources},
+    slices::{DirectPasses, SlicesJob},
+    slicing::Slicing,
+};
+use crate::{
+    diagnostics::{ReportChannel, SPAN_DIRECT},
+    render::{
+        carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures},
+        extract::ExtractedScene,
+        frame::Frame,
+        gpu::formats::Formats,
+        plan::FramePlan,
+        volumes::{
+            pass_uniforms::WindowUniform,
+            volume_bindings,
+            volume_store::{VolumeResources, VolumeStore},
+        },
+    },
+};
+
+/// The volumes of every view that has any, farthest first.
+#[derive(Resource, Default)]
+pub(super) struct DirectViews(EntityHashMap<Vec<DirectJob>>);
+
+/// One volume in one view.
+struct DirectJob {
+    slices: SlicesJob,
+    composite: CompositeJob,
+    center_depth: f64,
+}
+
+/// A volume in a window of a view.
+struct Shown<'a> {
+    volume: &'a VolumeResources,
+    view: Entity,
+    window: WindowUniform,
+    slicing: Slicing,
+}
+
+/// What the views are.
+type ViewData = (&'static ViewPrepassTextures, ViewKind);
+
+/// The passes, and what their bind groups take.
+#[derive(SystemParam)]
+pub(super) struct Passes<'w> {
+    slices: Res<'w, DirectPasses>,
+    composite: Res<'w, CompositePipeline>,
+    pipelines: ResMut<'w, SpecializedRenderPipelines<CompositePipeline>>,
+    views: ViewResources<'w>,
+    formats: Res<'w, Formats>,
+    cache: Res<'w, PipelineCache>,
+    device: Res<'w, RenderDevice>,
+    queue: Res<'w, RenderQueue>,
+}
+
+/// Writes what the passes read and makes their bind groups.
+pub(super) fn prepare_views(
+    scene: Res<ExtractedScene>,
+    store: Res<VolumeStore>,
+    clip_maps: Res<ClipMaps>,
+    plan: Res<FramePlan>,
+    views: Query<ViewData>,
+    report: Res<ReportChannel>,
+    mut passes: Passes,
+    mut buffers: ResMut<DirectBuffers>,
+    mut jobs: ResMut<DirectViews>,
+) {
+    jobs.0.clear();
+    let mut shown = Vec::new();
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
+        let (Some(settings), Some(resources)) = (volume.direct(), store.0.get(&volume.entity)) else {
+            continue;
+        };
+        shown.extend(plan.views_of(volume.entity).iter().filter_map(|view| {
+            let slicing = Slicing::of(volume, &settings, &view.uniform)?;
+            Some(Shown { volume: resources, view: view.view, window: view.uniform, slicing })
+        }));
+    }
+    let largest = shown.iter().map(|shown| shown.window.end - shown.window.first);
+    let largest = largest.reduce(UVec2::max).unwrap_or_default();
+    let Some(buffers) = buffers.fit(largest, &passes.device) else {
+        if !shown.is_empty() {
+            warn_once!("direct occlusion: {largest} pixels are more than the device has buffers for");
+        }
+        return;
+    };
+    if let Ok(mut report) = report.0.lock() {
+        report.usage = report.usage + buffers.usage();
+    }
+    let Some(clip) = &clip_maps.textures else {
+        return;
+    };
+    for shown in shown {
+        if let Some(job) = passes.prepare(&shown, views.get(shown.view).ok(), clip, buffers) {
+            jobs.0.entry(shown.view).or_default().push(job);
+        }
+    }
+    for jobs in jobs.0.values_mut() {
+        jobs.sort_by(|a, b| b.center_depth.total_cmp(&a.center_depth));
+    }
+}
+
+impl Passes<'_> {
+    /// `None` while something is not there.
+    fn prepare(
+        &mut self,
+        shown: &Shown,
+        view: Option<bevy::ecs::query::ROQueryItem<ViewData>>,
+        clip: &ClipTextures,
+        buffers: &Buffers,
+    ) -> Option<DirectJob> {
+        let Self { slices, composite, pipelines, views, formats, cache, device, queue } = self;
+        let (prepass, kind) = view?;
+        let key = CompositeKey::of(kind);
+        let depths = (prepass.depth_view()?, key.samples > 1);
+        let mut window = UniformBuffer::from(shown.window);
+        window.write_buffer(device, queue);
+        let mut slicing = StorageBuffer::from(shown.slicing.data);
+        slicing.write_buffer(device, queue);
+        let tonemapping = kind.3.copied().unwrap_or(Tonemapping::None);
+        let WindowUniform { first, end, .. } = shown.window;
+        Some(DirectJob {
+            slices: SlicesJob {
+                volume: volume_bindings::lit_bind_group(shown.volume, clip, formats, cache, device)?,
+                slices: slices.bind_slices(&window, &slicing, buffers, depths, cache, device)?,
+                number: slices.bind_numbers(buffers, cache, device),
+                count: shown.slicing.count,
+                pixels: end - first,
+                is_multisampled: depths.1,
+            },
+            composite: CompositeJob {
+                pipeline: pipelines.specialize(cache, composite, key),
+                group: composite.bind(&window, buffers, tonemapping, views, cache, device)?,
+                window: (first, end),
+            },
+            center_depth: shown.slicing.center_depth,
+        })
+    }
+}
+
+/// Shades and draws the volumes of a view.
+pub(super) fn shade_views(
+    view: ViewQuery<(&ViewTarget, &ViewUniformOffset)>,
+    jobs: Res<DirectViews>,
+    slices: Option<Res<DirectPasses>>,
+    cache: Res<PipelineCache>,
+    plan: Res<FramePlan>,
+    queue: Res<RenderQueue>,
+    report: Res<ReportChannel>,
+    mut before: FlushCommands,
+    ctx: RenderContext,
+) {
+    let (Some(jobs), Some(slices)) = (jobs.0.get(&view.entity()), slices) else {
+        return;
+    };
+    let (target, uniform) = view.into_inner();
+    let mut frame = Frame::of_view(ctx, &queue, &plan, &mut before);
+    frame.pass(SPAN_DIRECT, jobs, |encoder, job| {
+        slices.encode(encoder, &job.slices, &cache);
+        job.composite.encode(encoder, target, uniform.offset, &cache);
+    });
+    frame.report(&report);
+}

@@ -1,0 +1,133 @@
+//! What filtering keeps on the device for a volume.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            BindingResource, Buffer, BufferDescriptor, BufferUsages, ShaderType, StorageBuffer, TextureView,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::steps::{self, Outcome, Quantity, Step};
+use crate::{
+    diagnostics::GpuUsage,
+    occlusion::{DensitySource, OcclusionFiltering, OcclusionMethod, OpacityModulation},
+    render::{extract::ExtractedVolume, gpu::textures::usage_of_buffers, methods::method_bytes::MethodBytes},
+};
+
+/// The settings as shaders read them, `Filtering` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct FilteringData {
+    dimensions: UVec3,
+    estimate: u32,
+    radii: UVec3,
+    is_of_intensities: u32,
+    lowest: f32,
+    per_intensity: f32,
+    brightness: f32,
+    threshold: f32,
+}
+
+impl FilteringData {
+    /// `intensities` are the lowest and the highest, as the texture gives them.
+    fn new(settings: &OcclusionFiltering, volume: &ExtractedVolume, intensities: [f64; 2]) -> Self {
+        let [lowest, highest] = intensities;
+        let range = highest - lowest;
+        Self {
+            dimensions: volume.geometry.dimensions,
+            estimate: settings.estimate as u32,
+            radii: settings.radii(&volume.geometry),
+            is_of_intensities: (settings.density == DensitySource::Intensity).into(),
+            lowest: lowest as f32,
+            per_intensity: if range == 0.0 { 0.0 } else { range.recip() as f32 },
+            brightness: settings.brightness,
+            threshold: match settings.modulation {
+                OpacityModulation::None => 0.0,
+                OpacityModulation::Variance(threshold) | OpacityModulation::Gradient(threshold) => threshold,
+            },
+        }
+    }
+}
+
+/// What filtering so many voxels keeps.
+pub(crate) fn method_bytes(settings: &OcclusionFiltering, dimensions: UVec3) -> MethodBytes {
+    let buffer = 4 * dimensions.as_u64vec3().element_product();
+    MethodBytes { total: 2 * buffer * steps::quantities(settings).len() as u64, largest_buffer: buffer }
+}
+
+/// Settings and buffers of one volume: two for each quantity, a word a voxel each, filtered from the one to the
+/// other.
+pub(crate) struct FilteringResources {
+    pub settings: OcclusionFiltering,
+    pub dimensions: UVec3,
+    pub data: StorageBuffer<FilteringData>,
+    buffers: Vec<(Quantity, [Buffer; 2])>,
+}
+
+impl FilteringResources {
+    /// What a volume's method needs, of what there was as much as will do. `None` if it needs nothing.
+    pub fn kept(
+        before: Option<Self>,
+        volume: &ExtractedVolume,
+        intensities: [f64; 2],
+        device: &RenderDevice,
+    ) -> Option<Self> {
+        let OcclusionMethod::Filtering(settings) = volume.occlusion.method else {
+            return None;
+        };
+        let dimensions = volume.geometry.dimensions;
+        let size = 4 * dimensions.as_u64vec3().element_product();
+        let buffer = |label| {
+            let usage = BufferUsages::STORAGE;
+            let descriptor = BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+            device.create_buffer(&descriptor)
+        };
+        let (mut buffers, data) = before.map(|kept| (kept.buffers, kept.data)).unwrap_or_default();
+        let needed = steps::quantities(&settings);
+        buffers.retain(|(quantity, _)| needed.contains(quantity));
+        for quantity in needed {
+            if buffers.iter().all(|(kept, _)| *kept != quantity) {
+                buffers
+                    .push((quantity, ["contextual_ao_filtered", "contextual_ao_other_filtered"].map(buffer)));
+            }
+        }
+        let mut kept = Self { settings, dimensions, data, buffers };
+        kept.data.set(FilteringData::new(&settings, volume, intensities));
+        Some(kept)
+    }
+
+    /// A quantity's buffers; the mean's, which there always are, in place of others that there are not.
+    fn pair(&self, quantity: Quantity) -> Option<&[Buffer; 2]> {
+        let found = self.buffers.iter().find(|(kept, _)| *kept == quantity);
+        found.or_else(|| self.buffers.iter().find(|(kept, _)| *kept == Quantity::Mean)).map(|(_, pair)| pair)
+    }
+
+    /// What a step binds behind what all bind. `occlusion` is what they are there for.
+    pub(super) fn bindings<'a>(&'a self, step: Step, occlusion: &'a TextureView) -> Vec<BindingResource<'a>> {
+        let buffer = |quantity, place: usize| self.pair(quantity).map(|pair| pair[place].as_entire_binding());
+        // Densities are there before there are means, and shares when means are read no more.
+        let spare = buffer(Quantity::Mean, 1);
+        let texture = Some(BindingResource::TextureView(occlusion));
+        let bindings = match step {
+            Step::Densities => vec![spare],
+            Step::Filter { quantity, turn: 0 } => vec![spare, buffer(quantity, 0)],
+            Step::Filter { quantity, turn } => {
+                vec![buffer(quantity, 1 - turn % 2), buffer(quantity, turn % 2)]
+            }
+            Step::Estimate(outcome) => {
+                let target = if outcome == Outcome::Shares { spare } else { texture };
+                let [mean, extrema, square] =
+                    [Quantity::Mean, Quantity::Extrema, Quantity::Square].map(|found| buffer(found, 0));
+                vec![mean, extrema, square, target]
+            }
+            Step::Gradient => vec![spare, texture],
+        };
+        bindings.into_iter().flatten().collect()
+    }
+
+    pub fn usage(&self) -> GpuUsage {
+        usage_of_buffers(self.buffers.iter().flat_map(|(_, pair)| pair))
+    }
+}

@@ -1,0 +1,59 @@
+//! Which voxels a view will read.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, UniformBuffer,
+            binding_types::uniform_buffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use crate::render::{
+    gpu::compute_pass::{ComputePass, PassDescriptor},
+    volumes::{brick_resources::work_layout, pass_uniforms::WindowUniform, volume_bindings},
+};
+
+/// One view to be followed.
+pub(crate) struct MarkJob {
+    pub window: BindGroup,
+    pub pixels: UVec2,
+}
+
+/// Follows the rays of a view.
+#[derive(Resource, Deref)]
+pub(crate) struct MarkPass(ComputePass);
+
+impl FromWorld for MarkPass {
+    fn from_world(world: &mut World) -> Self {
+        let own =
+            BindGroupLayoutEntries::single(ShaderStages::COMPUTE, uniform_buffer::<WindowUniform>(false));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_mark",
+            shader: load_embedded_asset!(world, "mark.wgsl"),
+            before: vec![volume_bindings::bricks_layout()],
+            own: &own,
+            behind: vec![work_layout()],
+            ..default()
+        };
+        Self(ComputePass::new(world, descriptor))
+    }
+}
+
+impl MarkPass {
+    pub fn bind_window(
+        &self,
+        window: WindowUniform,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> Option<MarkJob> {
+        let mut uniform = UniformBuffer::from(window);
+        uniform.write_buffer(device, queue);
+        let group = self.bind((uniform.binding()?,), cache, device);
+        Some(MarkJob { window: group, pixels: window.end - window.first })
+    }
+}

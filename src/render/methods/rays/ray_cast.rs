@@ -1,0 +1,179 @@
+//! Step V: the spherical ray cast of the listed voxels.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntry, Buffer,
+            BufferDescriptor, BufferUsages, CommandEncoder, IntoBindingArray, PipelineCache,
+            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureSampleType,
+            binding_types::{
+                sampler, storage_buffer, storage_buffer_read_only, storage_buffer_read_only_sized,
+                storage_buffer_sized, texture_3d, texture_storage_3d, uniform_buffer,
+            },
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::diagnostics::COUNTERS;
+use crate::render::{
+    gpu::{
+        compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
+        formats::Formats,
+    },
+    volumes::{
+        brick_resources::PENDING, pass_uniforms::OcclusionPassUniform, volume_bindings,
+        volume_store::VolumeResources,
+    },
+};
+
+#[derive(Resource)]
+pub(crate) struct RayCastPasses {
+    cast: ComputePass,
+    /// Counts its work.
+    counting: ComputePass,
+    /// Adds to what was found in the frames before.
+    progressive: ComputePass,
+    /// See `diagnostics::COUNTERS`.
+    pub work: Buffer,
+}
+
+/// The voxels of one list.
+pub(crate) struct RayCastJob {
+    group: BindGroup,
+    word_list: Buffer,
+    voxel_masks: Buffer,
+    /// First byte and size of the mask of pending voxels.
+    pending: (u64, u64),
+    variant: Variant,
+    /// Whether the voxels are to be cast again, by other rays, in the next frame.
+    goes_on: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Variant {
+    Plain,
+    Counting,
+    Progressive,
+}
+
+impl FromWorld for RayCastPasses {
+    fn from_world(world: &mut World) -> Self {
+        let read = storage_buffer_read_only_sized(false, None);
+        let own = BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_3d(TextureSampleType::Float { filterable: true }),
+                sampler(SamplerBindingType::Filtering),
+                uniform_buffer::<OcclusionPassUniform>(false),
+                storage_buffer_read_only::<Vec<Vec4>>(false),
+                read,
+                read,
+                texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
+            ),
+        )
+        .to_vec();
+        let shader: Handle<Shader> = load_embedded_asset!(world, "ray_cast.wgsl");
+        let stages = ShaderStages::COMPUTE;
+        let pass = |shader_def: Option<&'static str>, binding: Option<BindGroupLayoutEntry>| {
+            let own: Vec<_> = own.iter().copied().chain(binding).collect();
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_ray_cast",
+                shader: shader.clone(),
+                shader_defs: shader_def.map(Into::into).into_iter().collect(),
+                before: vec![volume_bindings::bricks_layout()],
+                own: &own,
+                zeroes_memory: true,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
+        };
+        let counters = storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, stages);
+        let ray_sums = storage_buffer_sized(false, None).build(8, stages);
+        Self {
+            cast: pass(None, None),
+            counting: pass(Some("COUNT_WORK"), Some(counters)),
+            progressive: pass(Some("PROGRESSIVE"), Some(ray_sums)),
+            work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
+                label: Some("contextual_ao_work"),
+                size: 4 * COUNTERS.len() as u64,
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+        }
+    }
+}
+
+impl RayCastPasses {
+    pub fn is_ready(&self, counts_work: bool, cache: &PipelineCache) -> bool {
+        let counting = counts_work.then_some(&self.counting);
+        are_ready(counting.into_iter().chain([&self.cast]), cache)
+    }
+
+    pub fn progressive_is_ready(&self, cache: &PipelineCache) -> bool {
+        self.progressive.is_ready(cache)
+    }
+
+    /// Where rays are cast in several frames, and added up in the volume's `ray_sums`, `goes_on` says
+    /// whether there are more of them.
+    pub fn bind_volume(
+        &self,
+        volume: &VolumeResources,
+        formats: &Formats,
+        counts: bool,
+        goes_on: bool,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> Option<RayCastJob> {
+        let bricks = &volume.bricks;
+        let (opacities, sampler) = (&volume.opacities.view, &formats.grid_sampler);
+        let (pass, rays) = (volume.pass.binding()?, volume.rays.binding()?);
+        let words = bricks.word_list.as_entire_binding();
+        let masks = bricks.voxel_masks.as_entire_binding();
+        let occlusion = &volume.occlusion.view;
+        let (variant, own) = match &volume.ray_sums {
+            Some(sums) => (Variant::Progressive, Some((8, sums.as_entire_binding()))),
+            None if counts => (Variant::Counting, Some((7, self.work.as_entire_binding()))),
+            None => (Variant::Plain, None),
+        };
+        let shared = (opacities, sampler, pass, rays, words, masks, occlusion).into_array();
+        let shared = (0..).zip(shared).map(|(binding, resource)| BindGroupEntry { binding, resource });
+        let own = own.map(|(binding, resource)| BindGroupEntry { binding, resource });
+        let entries: Vec<_> = shared.chain(own).collect();
+        let group = self.pass(variant).bind_entries(&entries, cache, device);
+        Some(RayCastJob {
+            group,
+            word_list: bricks.word_list.clone(),
+            voxel_masks: bricks.voxel_masks.clone(),
+            pending: bricks.mask(PENDING),
+            variant,
+            goes_on,
+        })
+    }
+
+    fn pass(&self, variant: Variant) -> &ComputePass {
+        match variant {
+            Variant::Plain => &self.cast,
+            Variant::Counting => &self.counting,
+            Variant::Progressive => &self.progressive,
+        }
+    }
+
+    /// Casts what is pending; nothing is afterwards, unless it goes on.
+    pub fn encode(
+        &self,
+        encoder: &mut CommandEncoder,
+        volume: &BindGroup,
+        job: &RayCastJob,
+        cache: &PipelineCache,
+    ) {
+        let listed = Groups::Listed(&job.word_list, ListEnd::Front);
+        self.pass(job.variant).encode(encoder, [volume, &job.group], listed, cache);
+        if !job.goes_on {
+            let (first, size) = job.pending;
+            encoder.clear_buffer(&job.voxel_masks, first, Some(size));
+        }
+    }
+}

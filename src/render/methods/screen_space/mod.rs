@@ -1,0 +1,87 @@
+//! Screen-space ambient occlusion of volumes, the method of VTK's `vtkSSAOPass` (Kitware 2023). A view that
+//! shows a volume shaded by it finds, after drawing, what each of its pixels shows
+//! (`opaque_surface.wgsl`, `volume_surface.wgsl`), how open that is (`occlusion.wgsl`), and darkens its
+//! colours (`darken.wgsl`). Nothing is kept from frame to frame. This file only wires it up.
+
+mod darken;
+mod occlusion;
+mod shade;
+mod surfaces;
+pub(in crate::render) mod views;
+
+pub(crate) use darken::DarkenPipelines;
+
+use bevy::{
+    asset::embedded_asset,
+    core_pipeline::{Core3d, Core3dSystems},
+    ecs::schedule::ApplyDeferred,
+    prelude::*,
+    render::{
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
+        render_resource::{PipelineCache, SpecializedRenderPipelines},
+    },
+    shader::load_shader_library,
+};
+
+use crate::render::{DeviceSupport, Formats, frame::are_timed_by_clock, gpu::compute_pass::are_ready};
+
+/// The compute passes over a view.
+#[derive(Resource)]
+pub(crate) struct ScreenSpacePasses {
+    surfaces: surfaces::SurfacePasses,
+    occlusion: occlusion::OcclusionPass,
+}
+
+impl FromWorld for ScreenSpacePasses {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            surfaces: surfaces::SurfacePasses::from_world(world),
+            occlusion: occlusion::OcclusionPass::from_world(world),
+        }
+    }
+}
+
+impl ScreenSpacePasses {
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        are_ready(self.surfaces.all().chain([&*self.occlusion]), cache)
+    }
+}
+
+/// Adds the method to the render world.
+pub(crate) struct ScreenSpacePlugin;
+
+impl Plugin for ScreenSpacePlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "bindings.wgsl");
+        embedded_asset!(app, "opaque_surface.wgsl");
+        embedded_asset!(app, "volume_surface.wgsl");
+        embedded_asset!(app, "occlusion.wgsl");
+        embedded_asset!(app, "darken.wgsl");
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_gpu_resource::<views::ScreenSpaceViews>()
+            .init_gpu_resource::<SpecializedRenderPipelines<darken::DarkenPipeline>>()
+            .add_systems(
+                RenderStartup,
+                (init_gpu_resource::<ScreenSpacePasses>, init_gpu_resource::<darken::DarkenPipeline>)
+                    .after(init_gpu_resource::<Formats>)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Render,
+                views::prepare_views
+                    .in_set(RenderSystems::PrepareBindGroups)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Core3d,
+                (ApplyDeferred.run_if(are_timed_by_clock), shade::shade_view)
+                    .chain()
+                    .after(Core3dSystems::MainPass)
+                    .before(Core3dSystems::EarlyPostProcess)
+                    .run_if(resource_exists::<DeviceSupport>),
+            );
+    }
+}

@@ -1,0 +1,223 @@
+//! Which views are shaded, and what their passes bind.
+
+use bevy::{
+    core_pipeline::prepass::ViewPrepassTextures,
+    ecs::{entity::EntityHashMap, system::SystemParam},
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, CachedRenderPipelineId, Extent3d, ShaderType,
+            SpecializedRenderPipelines, StorageBuffer, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureUsages, TextureView, UniformBuffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+        texture::TextureCache,
+        view::ViewTarget,
+    },
+};
+
+use super::{
+    darken::{DarkenKey, DarkenPipeline},
+    surfaces::SURFACE_FORMAT,
+};
+use crate::{
+    occlusion::{OcclusionMethod, ScreenSpaceOcclusion},
+    render::{
+        carvers::clip_maps::ClipMaps,
+        extract::{ExtractedScene, ExtractedVolume},
+        gpu::formats::Formats,
+        passes::Passes,
+        plan::FramePlan,
+        volumes::{
+            pass_uniforms::WindowUniform,
+            volume_store::{VolumeResources, VolumeStore},
+        },
+    },
+    volume::longest_stretch,
+};
+
+/// A view, as `ScreenSpaceView` in WGSL.
+#[derive(Clone, Copy, ShaderType)]
+pub(in crate::render) struct ScreenSpaceUniform {
+    clip_from_view: Mat4,
+    view_from_clip: Mat4,
+    viewport: Vec4,
+    radius: f32,
+    bias: f32,
+}
+
+/// The passes over the views of this frame that are shaded, by the views' entities.
+#[derive(Resource, Default)]
+pub(crate) struct ScreenSpaceViews(pub EntityHashMap<ViewJob>);
+
+/// The passes over one view.
+pub(crate) struct ViewJob {
+    /// Origin and size, pixels.
+    pub viewport: Vec4,
+    pub size: UVec2,
+    /// Of the depth prepass; 0 where there is none.
+    pub depth_samples: u32,
+    pub opaque: BindGroup,
+    /// Of each volume.
+    pub volumes: Vec<[BindGroup; 2]>,
+    pub occlusion: BindGroup,
+    pub darken: BindGroup,
+    pub darken_pipeline: CachedRenderPipelineId,
+}
+
+/// A volume in a view.
+struct SeenVolume<'a> {
+    resources: &'a VolumeResources,
+    window: WindowUniform,
+    settings: ScreenSpaceOcclusion,
+    /// In world units.
+    radius: f32,
+    bias: f32,
+}
+
+/// What making the jobs takes.
+#[derive(SystemParam)]
+pub(crate) struct JobParts<'w> {
+    passes: Passes<'w>,
+    darken: Res<'w, DarkenPipeline>,
+    darken_pipelines: ResMut<'w, SpecializedRenderPipelines<DarkenPipeline>>,
+    clip_maps: Res<'w, ClipMaps>,
+    formats: Res<'w, Formats>,
+    textures: ResMut<'w, TextureCache>,
+    device: Res<'w, RenderDevice>,
+    queue: Res<'w, RenderQueue>,
+}
+
+/// Finds the views that show volumes with this method.
+pub(crate) fn prepare_views(
+    scene: Res<ExtractedScene>,
+    store: Res<VolumeStore>,
+    plan: Res<FramePlan>,
+    cameras: Query<(&ViewTarget, Option<&ViewPrepassTextures>)>,
+    mut parts: JobParts,
+    mut jobs: ResMut<ScreenSpaceViews>,
+) {
+    jobs.0.clear();
+    let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
+    let is_ready =
+        |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method, scene.count_work);
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
+        let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
+            continue;
+        };
+        let Some(resources) = store.0.get(&volume.entity) else {
+            continue;
+        };
+        let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3());
+        let [radius, bias] = settings.lengths_mm(&volume.geometry).map(|mm| (mm * stretch) as f32);
+        if !volume.shading.mode.uses_occlusion() || radius <= 0.0 || settings.samples == 0 {
+            // It changes nothing.
+            continue;
+        }
+        for view in plan.views_of(volume.entity) {
+            let window = view.uniform;
+            seen.entry(view.view).or_default().push(SeenVolume { resources, window, settings, radius, bias });
+        }
+    }
+    for (entity, volumes) in seen {
+        let Ok((target, prepass)) = cameras.get(entity) else {
+            continue;
+        };
+        if let Some(job) = parts.job(&volumes, target.main_texture_format(), prepass) {
+            jobs.0.insert(entity, job);
+        }
+    }
+}
+
+impl JobParts<'_> {
+    fn job(
+        &mut self,
+        volumes: &[SeenVolume],
+        format: TextureFormat,
+        prepass: Option<&ViewPrepassTextures>,
+    ) -> Option<ViewJob> {
+        // Where volumes differ, the view takes the most that one of them asks for.
+        let settings = volumes.iter().map(|volume| volume.settings).reduce(|a, b| ScreenSpaceOcclusion {
+            samples: a.samples.max(b.samples),
+            blur: a.blur || b.blur,
+            ..a
+        })?;
+        let most = |length: fn(&SeenVolume) -> f32| volumes.iter().map(length).fold(0.0, f32::max);
+        let window = volumes.first()?.window;
+        let viewport = window.viewport;
+        let size = UVec2::new(viewport.z as u32, viewport.w as u32);
+        let mut view = UniformBuffer::from(ScreenSpaceUniform {
+            clip_from_view: window.view_from_clip.inverse(),
+            view_from_clip: window.view_from_clip,
+            viewport,
+            radius: most(|volume| volume.radius),
+            bias: most(|volume| volume.bias),
+        });
+        let points: Vec<_> = settings.kernel().into_iter().map(|point| point.extend(0.0)).collect();
+        let mut kernel = StorageBuffer::from(points);
+        let (device, queue) = (&*self.device, &*self.queue);
+        view.write_buffer(device, queue);
+        kernel.write_buffer(device, queue);
+        let mut texture = |format| {
+            let descriptor = view_texture(size, format);
+            self.textures.get(device, descriptor).default_view
+        };
+        // Each pass reads what the one before wrote.
+        let surfaces = [texture(SURFACE_FORMAT), texture(SURFACE_FORMAT)];
+        let factors = texture(self.formats.scalar);
+        let last = &surfaces[volumes.len() % 2];
+        let (passes, cache) = (&self.passes.screen_space, &*self.passes.cache);
+        let depth = prepass.and_then(|prepass| prepass.depth.as_ref());
+        let depth_samples = depth.map_or(0, |depth| depth.texture.texture.sample_count());
+        let opaque = passes.surfaces.opaque(depth_samples);
+        let opaque = match depth {
+            Some(depth) => {
+                let depth: &TextureView = &depth.texture.default_view;
+                opaque.bind((view.binding()?, &surfaces[0], depth), cache, device)
+            }
+            None => opaque.bind((view.binding()?, &surfaces[0]), cache, device),
+        };
+        let clip = self.clip_maps.textures.as_ref()?;
+        let parts = (&*self.formats, cache, device, queue);
+        let bind_volume = |(k, volume): (usize, &SeenVolume)| {
+            let window = (volume.window, volume.settings.opacity_threshold);
+            let between = [&surfaces[k % 2], &surfaces[(k + 1) % 2]];
+            passes.surfaces.bind_volume(volume.resources, clip, window, between, parts)
+        };
+        let volumes = volumes.iter().enumerate().map(bind_volume).collect::<Option<_>>()?;
+        let darken = device.create_bind_group(
+            "contextual_ao_darken",
+            &cache.get_bind_group_layout(&self.darken.layout),
+            &BindGroupEntries::sequential((view.binding()?, &factors, last)),
+        );
+        let key = DarkenKey { format, blurs: settings.blur };
+        Some(ViewJob {
+            viewport,
+            size,
+            depth_samples,
+            opaque,
+            volumes,
+            occlusion: passes.occlusion.bind(
+                (view.binding()?, kernel.binding()?, last, &factors),
+                cache,
+                device,
+            ),
+            darken,
+            darken_pipeline: self.darken_pipelines.specialize(cache, &self.darken, key),
+        })
+    }
+}
+
+/// One texel for each pixel of a viewport.
+fn view_texture(size: UVec2, format: TextureFormat) -> TextureDescriptor<'static> {
+    TextureDescriptor {
+        label: Some("contextual_ao_screen_space"),
+        size: Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    }
+}

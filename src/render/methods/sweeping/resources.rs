@@ -1,0 +1,218 @@
+//! What sweeping keeps on the device for a volume, and its settings (`sweeping.wgsl`).
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, TextureFormat,
+            TextureUsages, TextureViewDimension, UniformBuffer,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::planes::{SweepPlane, TILE, planes, tile_counts};
+use crate::{
+    diagnostics::GpuUsage,
+    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionSweeping, SweepingSurface},
+    render::{
+        extract::ExtractedVolume,
+        gpu::{
+            formats::volume_texture,
+            textures::{TextureAndView, usage_of, usage_of_buffers},
+        },
+        methods::method_bytes::MethodBytes,
+    },
+    volume::Rescale,
+};
+
+/// Of the texture by which a surface is drawn: filtered, and written by all devices.
+pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
+
+/// The settings, as `Sweeping` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct SweepingUniform {
+    weights: [Vec4; 2],
+    spacing_mm: Vec3,
+    smallest_spacing_mm: f32,
+    transmittance_exponent: f32,
+    opacity: f32,
+    power: f32,
+    isovalue: f32,
+    side: f32,
+    keeps_octants: u32,
+    least_stretch: f32,
+}
+
+/// Buffers of one volume.
+pub(crate) struct SweepResources {
+    pub uniform: UniformBuffer<SweepingUniform>,
+    /// Of all planes of all octants.
+    pub planes: DynamicUniformBuffer<SweepPlane>,
+    /// Where each of them is, and its workgroups; octant by octant.
+    pub dispatches: Vec<(u32, UVec2)>,
+    /// Light on its way from tile to tile: a number for every column along each axis.
+    pub faces: Buffer,
+    /// What was found of every voxel: the octants' mean, or eight bytes. Before that, intensities beyond the
+    /// isovalue.
+    pub found: Buffer,
+    /// Signed distance of every voxel from the surface at the isovalue, mm, if that is what occludes.
+    pub distances: Option<Buffer>,
+    /// Its gradient and the distance (`surface.wgsl`), if views draw the surface alone.
+    pub surface: Option<TextureAndView>,
+    /// Whether what octants see is kept, or their mean.
+    pub keeps_octants: bool,
+    pub dimensions: UVec3,
+}
+
+impl SweepResources {
+    /// Keeps what is there for a volume's settings, or makes it.
+    pub fn keep(
+        kept: &mut Option<Self>,
+        settings: &OcclusionSweeping,
+        volume: &ExtractedVolume,
+        stored: (Rescale, f64),
+        device: &RenderDevice,
+    ) {
+        let keeps_octants = keeps_octants(settings);
+        let fits = |resources: &Self| {
+            resources.distances.is_some() == settings.surface.isovalue().is_some()
+                && resources.surface.is_some() == wants_isosurface(settings)
+                && resources.keeps_octants == keeps_octants
+        };
+        if !kept.as_ref().is_some_and(fits) {
+            // First free, then allocate.
+            *kept = None;
+            *kept = Some(Self::new(volume.geometry.dimensions, settings, device));
+        }
+        if let Some(resources) = kept {
+            let uniform = uniform(settings, volume, keeps_octants, stored);
+            resources.uniform.set(uniform);
+        }
+    }
+
+    fn new(dimensions: UVec3, settings: &OcclusionSweeping, device: &RenderDevice) -> Self {
+        let keeps_octants = keeps_octants(settings);
+        let [faces, found] = bytes_needed(dimensions, keeps_octants);
+        let voxels = dimensions.as_u64vec3().element_product();
+        let tiles = tile_counts(dimensions);
+        let buffer = |label, size| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let mut uniforms = DynamicUniformBuffer::default();
+        let all = (0..8).flat_map(|octant| planes(octant, tiles));
+        let dispatches = all.map(|(plane, groups)| (uniforms.push(&plane), groups)).collect();
+        Self {
+            uniform: default(),
+            planes: uniforms,
+            dispatches,
+            faces: buffer("contextual_ao_sweep_faces", faces),
+            found: buffer("contextual_ao_sweep_found", found),
+            distances: settings
+                .surface
+                .isovalue()
+                .map(|_| buffer("contextual_ao_sweep_distances", 4 * voxels)),
+            surface: wants_isosurface(settings).then(|| {
+                let descriptor = volume_texture(
+                    "contextual_ao_sweep_surface",
+                    dimensions,
+                    SURFACE_FORMAT,
+                    TextureUsages::STORAGE_BINDING,
+                );
+                TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
+            }),
+            keeps_octants,
+            dimensions,
+        }
+    }
+
+    /// The dispatches of the sweeps from octants that bring light, or of all.
+    pub fn sweeps(&self, all: bool) -> impl Iterator<Item = (u32, UVec2)> + '_ {
+        let weights = self.uniform.get().weights;
+        let octants = self.dispatches.chunks(self.dispatches.len() / 8).enumerate();
+        let needed = octants.filter(move |(octant, _)| all || weights[octant / 4][octant % 4] > 0.0);
+        needed.flat_map(|(_, sweep)| sweep.iter().copied())
+    }
+
+    /// What they take.
+    pub fn usage(&self) -> GpuUsage {
+        usage_of_buffers([&self.faces, &self.found])
+            + usage_of_buffers(&self.distances)
+            + usage_of(self.surface.iter().map(|surface| &surface.texture))
+    }
+
+    /// Between which intensities, as the texture gives them, the surface lies that is drawn alone, if one is.
+    pub fn drawn_intensities(&self) -> Option<Vec2> {
+        let SweepingUniform { isovalue, side, .. } = *self.uniform.get();
+        let drawn = if side > 0.0 { Vec2::new(isovalue, f32::MAX) } else { Vec2::new(f32::MIN, isovalue) };
+        self.surface.is_some().then_some(drawn)
+    }
+}
+
+/// Whether a surface of a volume is drawn alone.
+pub(crate) fn draws_isosurface(occlusion: &AmbientOcclusion) -> bool {
+    matches!(&occlusion.method, OcclusionMethod::Sweeping(settings) if wants_isosurface(settings))
+}
+
+/// What sweeping so many voxels keeps.
+pub(crate) fn method_bytes(settings: &OcclusionSweeping, dimensions: UVec3) -> MethodBytes {
+    let voxels = dimensions.as_u64vec3().element_product();
+    let [faces, found] = bytes_needed(dimensions, keeps_octants(settings));
+    let distances = if settings.surface.isovalue().is_some() { 4 * voxels } else { 0 };
+    let buffers = MethodBytes::of_buffers(&[faces, found, distances]);
+    let surface = if wants_isosurface(settings) { 8 * voxels } else { 0 };
+    MethodBytes { total: buffers.total + surface, ..buffers }
+}
+
+fn keeps_octants(settings: &OcclusionSweeping) -> bool {
+    settings.geometry_term != GeometryTerm::None
+}
+
+/// Bytes of `faces` and of `found`.
+fn bytes_needed(dimensions: UVec3, keeps_octants: bool) -> [u64; 2] {
+    let columns = (tile_counts(dimensions) * TILE).as_u64vec3();
+    let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
+    let found = if keeps_octants { 8 } else { 4 } * dimensions.as_u64vec3().element_product();
+    [4 * faces, found]
+}
+
+fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
+    matches!(settings.surface, SweepingSurface::Isosurface(_))
+}
+
+/// The settings as shaders read them. `stored` is how stored intensities become the file's units, and
+/// which of them the texture gives as 1.
+fn uniform(
+    settings: &OcclusionSweeping,
+    volume: &ExtractedVolume,
+    keeps_octants: bool,
+    (rescale, largest_stored): (Rescale, f64),
+) -> SweepingUniform {
+    let spacing_mm = volume.geometry.spacing_mm;
+    let step_mm = volume.occlusion.step_length_mm(&volume.geometry);
+    // Light takes as many steps along each axis: on average it crosses the mean of the spacings.
+    let voxel_mm = spacing_mm.element_sum() / 3.0;
+    let side = rescale.slope.signum();
+    let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
+    let isovalue = settings.surface.isovalue().map_or(0.0, stored);
+    let weights = volume.occlusion.sky.normalized();
+    SweepingUniform {
+        weights: [Vec4::from_slice(&weights[..4]), Vec4::from_slice(&weights[4..])],
+        spacing_mm: spacing_mm.as_vec3(),
+        smallest_spacing_mm: spacing_mm.min_element() as f32,
+        // Opacities of steps without length are 0.
+        transmittance_exponent: if step_mm > 0.0 { (voxel_mm / step_mm).min(1e6) as f32 } else { 1.0 },
+        opacity: settings.opacity,
+        power: settings.gamma.recip(),
+        // Intensities are from 0 to 1.
+        isovalue: isovalue.clamp(-2.0, 2.0) as f32,
+        side: side as f32,
+        keeps_octants: keeps_octants.into(),
+        least_stretch: volume.geometry.least_stretch() as f32,
+    }
+}

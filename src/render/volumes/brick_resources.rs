@@ -1,0 +1,127 @@
+//! What a volume keeps on the device about its bricks and, as masks, about its voxels.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
+            BufferDescriptor, BufferUsages, PipelineCache, ShaderStages, TextureFormat, TextureUsages,
+            TextureViewDimension, binding_types::storage_buffer_sized,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use crate::render::gpu::{
+    compute_pass::{LIST_HEAD, brick_counts},
+    formats::volume_texture,
+    textures::{TextureAndView, usage_of, usage_of_buffers},
+};
+use crate::{diagnostics::GpuUsage, volume::LookupTable};
+
+/// Words of a mask of voxels in a brick.
+const MASK_WORDS: u32 = 2;
+/// Masks of voxels (`bricks.wgsl`), one of them of the voxels that are to be cast.
+pub(crate) const MASKS: u32 = 3;
+pub(crate) const PENDING: u32 = 1;
+/// A number for every brick, as compute passes write it on any device.
+pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
+/// Words before the items of a list: the heads of its two ends (`work_list.wgsl`).
+const LIST_HEADS: u32 = 2 * LIST_HEAD;
+
+/// Buffers and textures of one volume.
+pub(crate) struct BrickResources {
+    /// Number of bricks.
+    pub bricks: u32,
+    /// Lowest and highest intensity in each, 16 bits both.
+    pub ranges: Buffer,
+    /// Number of lookup table entries before each that have opacity.
+    pub opaque_before: Buffer,
+    /// A bit for every carver near each, modulo 32.
+    pub near_carvers: TextureAndView,
+    /// Distance from the nearest in which something may be seen.
+    pub distances: TextureAndView,
+    /// The same on the way there.
+    pub other_distances: TextureAndView,
+    /// Valid, pending, hidden voxels.
+    pub voxel_masks: Buffer,
+    /// Bricks to be clipped, and, at the back, bricks in which occlusion may be stale.
+    pub brick_list: Buffer,
+    /// Words of the mask of pending voxels in which there are some.
+    pub word_list: Buffer,
+}
+
+impl BrickResources {
+    pub fn new(dimensions: UVec3, device: &RenderDevice) -> Self {
+        let counts = brick_counts(dimensions);
+        let bricks = counts.element_product();
+        // Read along rays, where textures are faster than buffers.
+        let texture = |label| {
+            let descriptor = volume_texture(label, counts, BRICK_FORMAT, TextureUsages::STORAGE_BINDING);
+            TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
+        };
+        let buffer = |label, words: u32| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size: 4 * words as u64,
+                usage: BufferUsages::STORAGE
+                    | BufferUsages::COPY_DST
+                    | BufferUsages::COPY_SRC
+                    | BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            bricks,
+            ranges: buffer("contextual_ao_ranges", bricks),
+            opaque_before: buffer("contextual_ao_opaque_before", LookupTable::ENTRIES as u32 + 1),
+            near_carvers: texture("contextual_ao_near_carvers"),
+            distances: texture("contextual_ao_distances"),
+            other_distances: texture("contextual_ao_other_distances"),
+            voxel_masks: buffer("contextual_ao_voxel_masks", MASKS * MASK_WORDS * bricks),
+            brick_list: buffer("contextual_ao_brick_list", LIST_HEADS + bricks),
+            word_list: buffer("contextual_ao_word_list", LIST_HEADS + MASK_WORDS * bricks),
+        }
+    }
+
+    /// Empties a list, before a pass appends to it.
+    pub fn empty(list: &Buffer, queue: &RenderQueue) {
+        queue.write_buffer(list, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
+    }
+
+    /// First byte and size of a mask of voxels.
+    pub fn mask(&self, mask: u32) -> (u64, u64) {
+        let bytes = self.voxel_masks.size() / MASKS as u64;
+        (mask as u64 * bytes, bytes)
+    }
+
+    pub fn usage(&self) -> GpuUsage {
+        let buffers =
+            [&self.ranges, &self.opaque_before, &self.voxel_masks, &self.brick_list, &self.word_list];
+        let textures = [&self.near_carvers, &self.distances, &self.other_distances];
+        usage_of(textures.map(|texture| &texture.texture)) + usage_of_buffers(buffers)
+    }
+}
+
+/// The layout of group 2: a list, and the masks of voxels.
+pub(crate) fn work_layout() -> BindGroupLayoutDescriptor {
+    let written = storage_buffer_sized(false, None);
+    BindGroupLayoutDescriptor::new(
+        "contextual_ao_work",
+        &BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (written, written)),
+    )
+}
+
+/// Group 2 of a pass that appends to `list`, or writes the masks alone.
+pub(crate) fn work_group(
+    bricks: &BrickResources,
+    list: &Buffer,
+    cache: &PipelineCache,
+    device: &RenderDevice,
+) -> BindGroup {
+    device.create_bind_group(
+        "contextual_ao_work",
+        &cache.get_bind_group_layout(&work_layout()),
+        &BindGroupEntries::sequential((list.as_entire_binding(), bricks.voxel_masks.as_entire_binding())),
+    )
+}

@@ -1,0 +1,238 @@
+//! The data that every shader reads of a volume (`volume_bindings.wgsl`).
+
+use bevy::{
+    math::{DMat4, DVec3},
+    prelude::*,
+    render::render_resource::ShaderType,
+};
+
+use crate::render::extract::ExtractedVolume;
+use crate::{
+    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, Shortcuts},
+    volume::LookupTable,
+};
+
+/// One volume, as `VolumeUniform` in WGSL.
+#[derive(Clone, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct VolumeUniform {
+    texture_from_local: Mat4,
+    local_from_voxel: Mat4,
+    local_from_world: Mat4,
+    dimensions: UVec3,
+    occlusion_share: f32,
+    light_share: f32,
+    jitter_share: f32,
+    largest_stored: f32,
+    table_first: f32,
+    table_density: f32,
+    occlusion_exponent: f32,
+    draw_exponent: f32,
+    draw_step_mm: f32,
+    depth_map_size: f32,
+    dilation_map_size: f32,
+    brick_radius_mm: f32,
+    reach_mm: f32,
+    footprint_mm: f32,
+    tests_all_carvers: u32,
+    draw_leaps: u32,
+    visible_intensities: Vec2,
+    occlusion_from_texture: Vec3,
+    occlusion_stride: u32,
+    low_octants: Vec4,
+    high_octants: Vec4,
+    occlusion_power: f32,
+    both_sides: f32,
+    march_share: f32,
+}
+
+impl VolumeUniform {
+    /// `largest_stored` is the stored intensity that the texture gives as 1; without occlusion
+    /// samples are drawn unshaded; `drawn` is between which intensities a surface lies that is drawn alone; the
+    /// sizes are those of the depth and the dilation maps.
+    pub fn new(
+        volume: &ExtractedVolume,
+        largest_stored: f64,
+        has_occlusion: bool,
+        drawn: Option<Vec2>,
+        [depth_map_size, dilation_map_size]: [u32; 2],
+        carvers: usize,
+        shortcuts: &Shortcuts,
+    ) -> Self {
+        let geometry = &volume.geometry;
+        let texture_from_voxel = geometry.texture_from_voxel();
+        let [lo, hi] = volume.table.stored_range;
+        let table_density = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
+        let unit = volume.table.opacity_unit_distance_mm as f64;
+        let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
+        let mode = volume.shading.mode;
+        let is_of_voxels = volume.occlusion.method.is_of_voxels();
+        let stride = volume.occlusion.resolution.stride();
+        // A surface has all its light where it is turned to octants of full weight.
+        let weights = volume.occlusion.sky.normalized();
+        let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
+        let (power, both_sides) = match volume.occlusion.method {
+            OcclusionMethod::Sweeping(sweeping) => {
+                (sweeping.gamma.recip(), f32::from(sweeping.geometry_term == GeometryTerm::BothSides))
+            }
+            _ => (1.0, 0.0),
+        };
+        // What blocks at the far edges have beyond the grid is counted.
+        let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
+        Self {
+            texture_from_local: DMat4::from(texture_from_voxel * geometry.local_from_voxel.inverse())
+                .as_mat4(),
+            local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
+            local_from_world: Mat4::from(volume.world_from_local.inverse()),
+            dimensions: geometry.dimensions,
+            occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion && is_of_voxels),
+            light_share: f32::from(mode.uses_light()),
+            jitter_share: f32::from(volume.shading.jitter),
+            largest_stored: largest_stored as f32,
+            table_first: lo as f32,
+            table_density: table_density as f32,
+            occlusion_exponent: (volume.occlusion.step_length_mm(geometry) / unit) as f32,
+            draw_exponent: (draw_step / unit) as f32,
+            draw_step_mm: draw_step as f32,
+            depth_map_size: depth_map_size as f32,
+            dilation_map_size: dilation_map_size as f32,
+            // Half a brick's diagonal, which four cells have; rounding must not make it too short.
+            brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
+            reach_mm: volume.occlusion.reach_mm(geometry) as f32,
+            footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
+            tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
+            draw_leaps: shortcuts.draw_leaps.into(),
+            visible_intensities: drawn
+                .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
+            occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
+            occlusion_stride: stride,
+            low_octants: Vec4::from_slice(&octants[..4]),
+            high_octants: Vec4::from_slice(&octants[4..]),
+            occlusion_power: power,
+            both_sides,
+            march_share: f32::from(!has_occlusion || volume.direct().is_none()),
+        }
+    }
+}
+
+/// Between which intensities, as the texture gives them, a table has opacity. Where the function is constant
+/// beyond the table's ends, without end.
+fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -> Vec2 {
+    let has_opacity = |entry: &[f32; 4]| entry[3] > 0.0;
+    let first = table.entries.iter().position(has_opacity);
+    let last = table.entries.iter().rposition(has_opacity);
+    let (Some(first), Some(last)) = (first, last) else {
+        return Vec2::new(f32::MAX, f32::MIN);
+    };
+    // More than the shader rounds by, stored intensities (`lookup_entry`).
+    const MARGIN: f64 = 0.05;
+    // Entries beside one that has opacity are transparent, what is between is not.
+    let stored = |entry: f64| table.stored_range[0] + entry / density;
+    let has_ends = density > 0.0;
+    let from = (has_ends && first > 0).then(|| stored(first as f64 - 1.0) - MARGIN);
+    let to = (has_ends && last + 1 < table.entries.len()).then(|| stored(last as f64 + 1.0) + MARGIN);
+    let intensity = |stored: f64| (stored / largest_stored) as f32;
+    Vec2::new(from.map_or(f32::MIN, intensity), to.map_or(f32::MAX, intensity))
+}
+
+/// The bits, modulo 32, of so many carvers.
+fn bits_of(carvers: usize) -> u32 {
+    if carvers < 32 { (1 << carvers) - 1 } else { u32::MAX }
+}
+
+/// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
+/// the first sample and the weight, then the step between samples. If they are cast one after the other, in
+/// an order in which the first ones go in all directions.
+pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
+    let geometry = &volume.geometry;
+    let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
+    let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
+    let step = volume.occlusion.step_length_mm(geometry);
+    let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
+    let mut rays = volume.occlusion.rays(geometry);
+    if let OcclusionMethod::Progressive(_) = volume.occlusion.method {
+        rays = spread(rays);
+    }
+    rays.into_iter()
+        .flat_map(|ray| {
+            [
+                to_texture(ray.direction * start).extend(ray.weight as f32),
+                to_texture(ray.direction * step).extend(0.0),
+            ]
+        })
+        .collect()
+}
+
+/// Puts neighbours in a list far from each other: a golden section of it lies between them, or about that, so
+/// that each comes once.
+fn spread<T: Copy>(list: Vec<T>) -> Vec<T> {
+    let count = list.len();
+    let golden = (0.618 * count as f64).round() as usize;
+    let stride = (golden..).find(|&stride| greatest_divisor(stride, count) == 1).unwrap_or(1);
+    (0..count).map(|k| list[k * stride % count]).collect()
+}
+
+/// The greatest common divisor.
+fn greatest_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{ControlPoint, Intensities, Rescale, TransferFunction, Volume};
+    use bevy::math::DAffine3;
+
+    /// Where the shader finds an intensity in a table.
+    fn lookup_entry(intensity: f32, largest_stored: f32, first: f32, density: f32) -> f32 {
+        let stored = intensity * largest_stored;
+        let is_whole = (stored - stored.round()).abs() < 1e-3 + 3e-7 * stored;
+        (if is_whole { stored.round() } else { stored } - first) * density
+    }
+
+    #[test]
+    fn spreading_keeps_everything() {
+        for count in 0..60 {
+            let mut spread = spread((0..count).collect());
+            spread.sort_unstable();
+            assert_eq!(spread, (0..count).collect::<Vec<_>>());
+        }
+        assert_eq!(spread(vec![0, 1, 2, 3, 4]), [0, 3, 1, 4, 2]);
+    }
+
+    #[test]
+    fn what_has_opacity_may_be_visible() {
+        let ends = [(0u32, 255u32), (3, 9), (32_768, 34_800), (100, 60_000), (65_000, 65_535)];
+        for (lo, hi) in ends {
+            let largest = if hi < 256 { 255.0 } else { 65_535.0 };
+            for (from, to) in [(lo, lo + 1), (lo + 1, hi - 1), (lo + 2, lo + 2), (hi - 1, hi), (hi, hi)] {
+                // A ramp, or a step, that ends in a plateau; and one that ends in nothing again.
+                for end in [1.0, 0.0] {
+                    let points = [(from, 0.0), (to, 1.0), (hi, end)];
+                    check(points, largest, [lo, hi]);
+                }
+            }
+        }
+    }
+
+    fn check(points: [(u32, f32); 3], largest: f64, [lo, hi]: [u32; 2]) {
+        let intensities = Intensities::U16([lo, hi].map(|end| end as u16).into());
+        let volume = Volume::new(UVec3::new(2, 1, 1), DAffine3::IDENTITY, intensities, Rescale::default());
+        let points = points.map(|(at, opacity)| ControlPoint { value: at as f32, color: [1.0; 3], opacity });
+        let function = TransferFunction::new(points.into(), 1.0).expect("valid points");
+        let table = LookupTable::bake(&function, &volume.expect("two voxels"));
+        let density = (LookupTable::ENTRIES - 1) as f64 / (table.stored_range[1] - table.stored_range[0]);
+        let visible = visible_intensities(&table, largest, density);
+        for stored in lo..=hi {
+            for part in [0.0, 0.01, 0.03, 0.5, 0.97, 0.99] {
+                let intensity = ((f64::from(stored) + part) / largest) as f32;
+                let first = table.stored_range[0] as f32;
+                let entry = lookup_entry(intensity, largest as f32, first, density as f32);
+                let entry = entry.clamp(0.0, (LookupTable::ENTRIES - 1) as f32);
+                let around = [entry.floor(), entry.ceil()].map(|entry| table.entries[entry as usize][3]);
+                let is_visible = around[0] > 0.0 || around[1] > 0.0;
+                let may_be = intensity > visible.x && intensity < visible.y;
+                assert!(may_be || !is_visible, "{points:?} {stored} + {part}: {visible}");
+            }
+        }
+    }
+}
