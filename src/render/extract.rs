@@ -169,8 +169,8 @@ pub(crate) fn extract_scene(
     }));
 }
 
-/// Whether Bevy reads buffers of numbers: where it reads no queries, it takes them for read before they are, and
-/// panics (`finish` in `bevy_render/src/diagnostic/internal.rs` 0.19.1).
+/// Whether counters can be read back. On a device without queries Bevy 0.19.1 reads their buffers before they are
+/// mapped, and panics (`FrameData::finish` in `bevy_render/src/diagnostic/internal.rs`).
 fn counts_arrive(device: &RenderDevice) -> bool {
     let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
     let arrive = device.features().intersects(queries);

@@ -14,6 +14,7 @@ mod encode;
 mod extract;
 mod frame;
 mod gpu;
+mod method_pipelines;
 mod methods;
 mod passes;
 mod plan;
@@ -36,8 +37,8 @@ use crate::diagnostics::{ReportChannel, SweepDistancesAlone};
 
 pub(crate) use carvers::clip_maps::ClipMaps;
 pub(crate) use gpu::formats::Formats;
+pub(crate) use method_pipelines::{CompilesInBackground, MethodPipelines};
 pub(crate) use methods::fit_occlusion::fit_occlusion;
-pub(crate) use methods::method_pipelines::{CompilesInBackground, MethodPipelines};
 pub(crate) use methods::sweeping::draws_isosurface;
 pub(crate) use volumes::occlusion_texels::OcclusionTexels;
 pub use volumes::volume_store::{VolumeStore, VolumeTexture, VoxelMask};
@@ -108,12 +109,7 @@ impl Plugin for OcclusionRenderPlugin {
                     volumes::volume_store::prepare_resources
                         .in_set(RenderSystems::PrepareAssets)
                         .in_set(VolumeResourceSystems),
-                    (
-                        methods::method_pipelines::find_ready,
-                        plan::plan_views,
-                        plan::plan_carvers,
-                        plan::plan_volumes,
-                    )
+                    (method_pipelines::find_ready, plan::plan_views, plan::plan_carvers, plan::plan_volumes)
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                 )

@@ -38,7 +38,7 @@ impl Passes<'_> {
     /// Whether carvers can be drawn and dilated.
     pub fn over_carvers_are_ready(&self) -> bool {
         let cache = &self.cache;
-        [self.count.is_ready(cache), self.peel.is_ready(cache), self.dilate.is_ready(cache)] == [true; 3]
+        self.count.is_ready(cache) & self.peel.is_ready(cache) & self.dilate.is_ready(cache)
     }
 
     /// Whether volumes can be clipped, and shaded by a method, their work being counted or not: others are not
@@ -54,14 +54,12 @@ impl Passes<'_> {
             OcclusionMethod::Direct(_) => self.direct.is_ready(cache),
         };
         // Each is asked, whatever the others say, so that all are compiled at once.
-        let of_all = [
-            self.ranges.is_ready(cache),
-            self.cull.is_ready(cache),
-            self.clip.is_ready(cache),
-            self.distances.is_ready(cache),
-            self.mark.is_ready(cache),
-            self.ray_cast.is_ready(counts_work, cache),
-        ];
-        of_all == [true; 6] && of_method
+        self.ranges.is_ready(cache)
+            & self.cull.is_ready(cache)
+            & self.clip.is_ready(cache)
+            & self.distances.is_ready(cache)
+            & self.mark.is_ready(cache)
+            & self.ray_cast.is_ready(counts_work, cache)
+            & of_method
     }
 }

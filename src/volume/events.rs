@@ -84,7 +84,7 @@ pub(super) fn report_unreadable(
     }
 }
 
-/// Why a file cannot be read that failed now, or, going by its state, before the entity came.
+/// The error of a file that failed now, or, by its state, before the entity came.
 fn failure<A: Asset>(
     id: AssetId<A>,
     now: &[&AssetLoadFailedEvent<A>],

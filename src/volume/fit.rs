@@ -43,7 +43,7 @@ enum Fit {
     Refused(TooLarge),
 }
 
-/// What there is for volumes.
+/// The memory that volumes may take.
 struct Room<'a> {
     budget: &'a VolumeBudget,
     stored: StoredBytes,
@@ -125,17 +125,12 @@ pub(super) fn fit_volumes(
         let (before, own, revision) =
             shown.as_ref().map_or((None, 0, 0), |shown| (shown.volume.clone(), shown.bytes, shown.revision));
         let others = by_volumes - own + taken.by_methods + taken.by_carvers;
+        // A smaller one stays until there is room for more of it.
         if decided.is_some_and(|shown| !shown.is_refused && !room.has_more(&volume, others, shown.bytes)) {
             continue;
         }
         let fit = room.fit(&handle.0, &volume, others, &mut volumes, &mut halved);
         let (volume, bytes, is_refused) = match fit {
-            // A smaller one stays until there is room for more of it.
-            Fit::Shown(_, bytes)
-                if decided.is_some_and(|shown| !shown.is_refused && bytes <= shown.bytes) =>
-            {
-                continue;
-            }
             Fit::Shown(volume, bytes) => (Some(volume), bytes, false),
             Fit::BeingHalved => continue,
             Fit::Refused(reason) => {

@@ -2,12 +2,13 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
+    diagnostics::RenderStatus,
     occlusion::{DensityEstimate, GeometryTerm, OcclusionFallback, OpacityModulation, SweepingSurface},
     prelude::*,
     volume::{Intensities, Rescale},
 };
 
-use crate::common::headless::different_pixels;
+use crate::common::headless::{Headless, different_pixels};
 use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
 
 const SIZE: UVec3 = UVec3::new(40, 38, 36);
@@ -163,15 +164,9 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
     let second = world.spawn((Volume3d(data), function, few_rays(), Visibility::Hidden)).id();
     // It is halved in the background.
-    let both = |scene: &TestScene| scene.status().usage.bytes > bytes;
-    for _ in 0..200 {
-        scene.headless.frame();
-        std::thread::sleep(std::time::Duration::from_millis(2));
-        if both(&scene) {
-            break;
-        }
-    }
-    assert!(both(&scene), "the second is not there: {} of {bytes} bytes", scene.status().usage.bytes);
+    let are_both_there =
+        |headless: &Headless| headless.app.world().resource::<RenderStatus>().usage.bytes > bytes;
+    assert!(scene.headless.frames_until(are_both_there), "the second does not come");
     scene.world().despawn(first);
     scene.world().entity_mut(second).insert(Visibility::Visible);
     scene.headless.frames(6);

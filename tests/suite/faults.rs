@@ -5,7 +5,7 @@ use bevy::{
     prelude::*,
     render::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
-        render_resource::{PollType, WgpuFeatures, WgpuLimits},
+        render_resource::{PollType, WgpuLimits},
         renderer::RenderDevice,
         settings::WgpuSettings,
     },
@@ -21,6 +21,7 @@ use std::time::Duration;
 use crate::{
     device,
     headless::Headless,
+    needs,
     scene::{IMAGE, TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
 };
 
@@ -115,8 +116,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
 
 #[test]
 fn a_device_without_queries_counts_nothing() {
-    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
-    let settings = WgpuSettings { disabled_features: Some(queries), ..device::settings() };
+    let settings = WgpuSettings { disabled_features: Some(needs::QUERIES), ..device::settings() };
     let headless = Headless::with_settings(IMAGE, settings, |_| {});
     let volume = folded_volume(SIZE, DVec3::ONE);
     let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), few_rays(), ShadingMode::Cao);

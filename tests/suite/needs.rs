@@ -8,6 +8,10 @@ use std::{io::Write, path::PathBuf, thread};
 
 use crate::{headless::project_folder, scene::TestScene};
 
+/// Either lets Bevy read numbers from a device.
+pub const QUERIES: WgpuFeatures =
+    WgpuFeatures::TIMESTAMP_QUERY.union(WgpuFeatures::PIPELINE_STATISTICS_QUERY);
+
 /// The folder of real volumes.
 pub fn shared_volumes() -> Option<PathBuf> {
     let folder = project_folder().join("../shared/volumes");
@@ -20,8 +24,7 @@ pub fn shared_volumes() -> Option<PathBuf> {
 
 /// Whether the device can count work: Bevy reads buffers only where it reads queries.
 pub fn counters(scene: &mut TestScene) -> bool {
-    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
-    one_of(scene, queries, "queries of time or statistics")
+    one_of(scene, QUERIES, "queries of time or statistics")
 }
 
 /// Whether the device keeps intensities of 16 bits as they are.

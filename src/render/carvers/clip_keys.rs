@@ -2,8 +2,10 @@
 
 use bevy::{math::Vec3, prelude::*};
 
-use crate::clip::{ClipFrame, ClipOperation, DilationFrame};
-use crate::render::extract::{ExtractedCarver, Influence};
+use crate::{
+    clip::{ClipFrame, ClipOperation, DilationFrame},
+    render::extract::{ExtractedCarver, Influence},
+};
 
 /// What a depth map depends on, besides the number of its layers.
 #[derive(Clone, Copy, PartialEq)]

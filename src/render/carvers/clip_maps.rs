@@ -12,8 +12,7 @@ use super::{
     clip_textures::{ClipTextures, LayerRange, depth_map_size},
     surface_count::SurfaceCount,
 };
-use crate::render::extract::ExtractedScene;
-use crate::{clip::ClipFrame, diagnostics::GpuUsage};
+use crate::{clip::ClipFrame, diagnostics::GpuUsage, render::extract::ExtractedScene};
 
 /// The maps of every carver.
 #[derive(Resource, Default)]

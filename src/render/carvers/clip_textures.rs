@@ -13,8 +13,10 @@ use bevy::{
 };
 
 use super::surface_count::layers_of;
-use crate::diagnostics::GpuUsage;
-use crate::render::gpu::textures::{TextureAndView, usage_of};
+use crate::{
+    diagnostics::GpuUsage,
+    render::gpu::textures::{TextureAndView, usage_of},
+};
 
 /// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
 /// taken over whole texels.

@@ -1,5 +1,5 @@
-// The range of intensities around every brick: of the voxels that points read which read the brick's occlusion. These
-// points are up to a voxel beyond the outermost voxel centres, or, where 2x2x2 voxels have one factor, up to 1.5.
+// The range of intensities around every brick. It covers all points that read the brick's occlusion: they lie up to a
+// voxel beyond its outermost voxel centres, or up to 1.5 voxels where 2x2x2 voxels have one factor.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, number_of_bricks, invocation_index},

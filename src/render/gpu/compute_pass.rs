@@ -35,7 +35,7 @@ pub(crate) struct ComputePass {
     name: &'static str,
     layout: BindGroupLayoutDescriptor,
     descriptor: ComputePipelineDescriptor,
-    /// Compiled from when it is first asked for.
+    /// Queued when it is first asked for.
     pipeline: OnceLock<CachedComputePipelineId>,
 }
 

@@ -3,12 +3,12 @@
 use bevy::{prelude::*, render::renderer::RenderDevice};
 
 use super::{filtering, method_bytes::MethodBytes, sweeping};
-use crate::render::volumes::occlusion_texels::OcclusionTexels;
 use crate::{
     occlusion::{
         AmbientOcclusion, FittedOcclusion, GeometryTerm, OcclusionFailed, OcclusionFallback, OcclusionLimit,
         OcclusionMethod, OcclusionShortfall, OcclusionSweeping,
     },
+    render::volumes::occlusion_texels::OcclusionTexels,
     volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget},
 };
 

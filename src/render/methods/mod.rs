@@ -4,7 +4,6 @@ pub(super) mod direct;
 pub(super) mod filtering;
 pub(super) mod fit_occlusion;
 pub(super) mod method_bytes;
-pub(super) mod method_pipelines;
 pub(super) mod rays;
 pub(super) mod screen_space;
 pub(super) mod sweeping;

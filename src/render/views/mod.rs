@@ -1,4 +1,4 @@
-//! What follows view rays, as drawing does.
+//! View rays, and the shading of what they meet, as passes and drawing share them.
 
 use bevy::{prelude::*, shader::load_shader_library};
 

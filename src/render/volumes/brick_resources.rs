@@ -12,12 +12,15 @@ use bevy::{
     },
 };
 
-use crate::render::gpu::{
-    compute_pass::{LIST_HEAD, brick_counts},
-    formats::volume_texture,
-    textures::{TextureAndView, usage_of, usage_of_buffers},
+use crate::{
+    diagnostics::GpuUsage,
+    render::gpu::{
+        compute_pass::{LIST_HEAD, brick_counts},
+        formats::volume_texture,
+        textures::{TextureAndView, usage_of, usage_of_buffers},
+    },
+    volume::LookupTable,
 };
-use crate::{diagnostics::GpuUsage, volume::LookupTable};
 
 /// Words of a mask of voxels in a brick.
 const MASK_WORDS: u32 = 2;

@@ -6,10 +6,12 @@ use bevy::{
     render::render_resource::ShaderType,
 };
 
-use crate::clip::{ClipOperation, MAX_CARVERS};
-use crate::render::{
-    carvers::clip_maps::ReadyCarver,
-    extract::{ExtractedCarver, ExtractedVolume},
+use crate::{
+    clip::{ClipOperation, MAX_CARVERS},
+    render::{
+        carvers::clip_maps::ReadyCarver,
+        extract::{ExtractedCarver, ExtractedVolume},
+    },
 };
 
 /// One carver as one volume sees it, as `Carver` in WGSL.

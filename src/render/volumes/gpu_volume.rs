@@ -9,8 +9,10 @@ use bevy::{
 };
 use std::sync::Arc;
 
-use crate::render::gpu::formats::{Formats, volume_texture};
-use crate::volume::{Intensities, Volume};
+use crate::{
+    render::gpu::formats::{Formats, volume_texture},
+    volume::{Intensities, Volume},
+};
 
 /// A [`Volume`]'s intensities on the device, shared by all entities that show them.
 pub(crate) struct GpuVolume {

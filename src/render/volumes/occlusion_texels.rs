@@ -2,10 +2,10 @@
 
 use bevy::{prelude::*, render::render_resource::TextureFormat};
 
-use crate::occlusion::{
-    AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionResolution, OpacityModulation,
+use crate::{
+    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionResolution, OpacityModulation},
+    render::gpu::formats::Formats,
 };
-use crate::render::gpu::formats::Formats;
 
 /// Kinds of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

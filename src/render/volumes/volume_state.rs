@@ -4,10 +4,10 @@ use super::{
     carver_uniform::CarverUniform,
     pass_uniforms::{Queue, WindowUniform},
 };
-use crate::render::extract::ExtractedVolume;
 use crate::{
     clip::CoverageRule,
     occlusion::{AmbientOcclusion, OcclusionResolution},
+    render::extract::ExtractedVolume,
 };
 
 /// What opacities and occlusion depend on, besides the volume itself.

@@ -25,21 +25,21 @@ use super::{
     volume_state::VolumeState,
     volume_uniform::{VolumeUniform, ray_table},
 };
-use crate::render::{
-    carvers::clip_maps::ClipMaps,
-    extract::{ExtractedScene, ExtractedVolume},
-    gpu::{
-        formats::{Formats, volume_texture},
-        textures::{TextureAndView, usage_of, usage_of_buffers},
-    },
-    methods::{
-        filtering::FilteringResources,
-        sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
-    },
-};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::OcclusionMethod,
+    render::{
+        carvers::clip_maps::ClipMaps,
+        extract::{ExtractedScene, ExtractedVolume},
+        gpu::{
+            formats::{Formats, volume_texture},
+            textures::{TextureAndView, usage_of, usage_of_buffers},
+        },
+        methods::{
+            filtering::FilteringResources,
+            sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
+        },
+    },
     volume::{LookupTable, Rescale},
 };
 

@@ -6,9 +6,9 @@ use bevy::{
     render::render_resource::ShaderType,
 };
 
-use crate::render::extract::ExtractedVolume;
 use crate::{
     occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, Shortcuts},
+    render::extract::ExtractedVolume,
     volume::LookupTable,
 };
 

@@ -7,8 +7,10 @@ use flate2::bufread::{GzDecoder, ZlibDecoder};
 
 use super::header::{ByteSkip, Components, DataLocation, Encoding, GridHeader, ScalarType, next_line};
 use super::store::{Stored, store_floats, store_integers};
-use crate::volume::asset::{Intensities, Rescale, Volume};
-use crate::volume::error::VolumeError;
+use crate::volume::{
+    asset::{Intensities, Rescale, Volume},
+    error::VolumeError,
+};
 
 /// Decodes the voxels of the component that `header` chose from `bytes`: all bytes of the file that they are in,
 /// which is the header's own where they are attached.

@@ -2,8 +2,10 @@
 
 use bevy::math::{DAffine3, DVec3, UVec3};
 
-use crate::volume::asset::{Rescale, check_grid_to_patient, check_rescale};
-use crate::volume::error::VolumeError;
+use crate::volume::{
+    asset::{Rescale, check_grid_to_patient, check_rescale},
+    error::VolumeError,
+};
 
 /// Voxels that a volume may have along one axis.
 pub(crate) const MAX_AXIS: u64 = 65_535;

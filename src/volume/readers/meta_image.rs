@@ -8,8 +8,10 @@ use super::header::{
     parse_count, parse_numbers, to_ras,
 };
 use super::length_unit::millimetres;
-use crate::volume::asset::Rescale;
-use crate::volume::error::{VolumeError, excerpt};
+use crate::volume::{
+    asset::Rescale,
+    error::{VolumeError, excerpt},
+};
 
 /// Reads the header at the beginning of a MetaImage file.
 ///

@@ -8,8 +8,7 @@ use super::header::{ByteSkip, Components, Encoding, GridHeader, ScalarType, chec
 use super::nifti_fields::Fields;
 use super::nifti_geometry::grid_to_patient;
 use super::{VolumeReadSettings, nifti2};
-use crate::volume::asset::Rescale;
-use crate::volume::error::VolumeError;
+use crate::volume::{asset::Rescale, error::VolumeError};
 
 /// Reads the header at the beginning of a `.nii` or `.hdr` file, gzipped or not.
 ///

@@ -5,8 +5,10 @@ use super::header::{ByteSkip, DataLocation, Encoding, GridHeader, ScalarType};
 use super::nrrd_axes::Grid;
 use super::nrrd_fields::{Fields, missing, required};
 use super::nrrd_space::grid_to_patient;
-use crate::volume::asset::Rescale;
-use crate::volume::error::{VolumeError, excerpt};
+use crate::volume::{
+    asset::Rescale,
+    error::{VolumeError, excerpt},
+};
 
 /// Reads the header at the beginning of a NRRD file.
 ///

@@ -1,7 +1,6 @@
 //! Fits numbers wider than sixteen bits into sixteen or eight.
 
-use crate::volume::asset::Intensities;
-use crate::volume::error::VolumeError;
+use crate::volume::{asset::Intensities, error::VolumeError};
 
 /// Values as stored: the file's number is `step * stored + base`.
 pub(super) struct Stored {

@@ -6,8 +6,7 @@
 //! as in its manual's example.
 
 use super::nodes::{Functions, Node};
-use crate::volume::transfer_function::TransferFunction;
-use crate::volume::transfer_function_error::TransferFunctionError;
+use crate::volume::{transfer_function::TransferFunction, transfer_function_error::TransferFunctionError};
 
 /// The numbers before the first function.
 const SETTINGS: [&str; 6] =

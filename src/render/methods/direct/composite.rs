@@ -26,7 +26,7 @@ use bevy::{
 };
 
 use super::buffers::Buffers;
-use crate::render::volumes::pass_uniforms::WindowUniform;
+use crate::render::{gpu::render_pipelines::variants_are_ready, volumes::pass_uniforms::WindowUniform};
 
 /// Makes a pipeline for every kind of view.
 #[derive(Resource)]
@@ -46,7 +46,7 @@ pub(crate) struct CompositeKey {
     pub tonemapping: Option<Tonemapping>,
 }
 
-/// What kind a view is of.
+/// What decides with which pipeline a view is drawn.
 pub(crate) type ViewKind =
     (&'static Msaa, &'static ExtractedView, &'static ExtractedCamera, Option<&'static Tonemapping>);
 
@@ -72,9 +72,7 @@ impl CompositePipelines<'_, '_> {
     /// Whether they are there; they are compiled from the first time on that this is asked.
     pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
         let Self { base, variants, views } = self;
-        let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
-        // All are asked for at once.
-        views.iter().map(CompositeKey::of).filter(|key| !is_ready(*key)).count() == 0
+        variants_are_ready(&**base, variants, views.iter().map(CompositeKey::of), cache)
     }
 }
 

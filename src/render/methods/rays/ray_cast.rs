@@ -17,15 +17,17 @@ use bevy::{
     },
 };
 
-use crate::diagnostics::COUNTERS;
-use crate::render::{
-    gpu::{
-        compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
-        formats::Formats,
-    },
-    volumes::{
-        brick_resources::PENDING, pass_uniforms::OcclusionPassUniform, volume_bindings,
-        volume_store::VolumeResources,
+use crate::{
+    diagnostics::COUNTERS,
+    render::{
+        gpu::{
+            compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
+            formats::Formats,
+        },
+        volumes::{
+            brick_resources::PENDING, pass_uniforms::OcclusionPassUniform, volume_bindings,
+            volume_store::VolumeResources,
+        },
     },
 };
 

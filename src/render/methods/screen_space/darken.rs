@@ -20,6 +20,7 @@ use bevy::{
 };
 
 use super::views::ScreenSpaceUniform;
+use crate::render::gpu::render_pipelines::variants_are_ready;
 
 /// The pipeline, and what it binds.
 #[derive(Resource)]
@@ -99,9 +100,7 @@ impl DarkenPipelines<'_, '_> {
         let Self { base, variants, views } = self;
         let formats = views.iter().map(ViewTarget::main_texture_format);
         let keys = formats.flat_map(|format| [false, true].map(|blurs| DarkenKey { format, blurs }));
-        let mut is_ready = |key| cache.get_render_pipeline(variants.specialize(cache, base, key)).is_some();
-        // All are asked for at once.
-        keys.filter(|key| !is_ready(*key)).count() == 0
+        variants_are_ready(&**base, variants, keys, cache)
     }
 }
 

@@ -10,9 +10,12 @@ use bevy::{
 use core::mem::{Discriminant, discriminant};
 use std::sync::{Arc, Mutex};
 
-use super::{direct::CompositePipelines, screen_space::DarkenPipelines};
+use super::{
+    extract::ExtractedScene,
+    methods::{direct::CompositePipelines, screen_space::DarkenPipelines},
+    passes::Passes,
+};
 use crate::occlusion::OcclusionMethod;
-use crate::render::{extract::ExtractedScene, passes::Passes};
 
 /// Whether frames are drawn while a shader is being compiled.
 #[derive(Resource)]
@@ -48,7 +51,7 @@ impl MethodPipelines {
 
 /// What draws into views.
 #[derive(SystemParam)]
-pub(in crate::render) struct ViewPipelines<'w, 's> {
+pub(super) struct ViewPipelines<'w, 's> {
     darken: DarkenPipelines<'w, 's>,
     composite: CompositePipelines<'w, 's>,
 }
@@ -64,7 +67,7 @@ impl ViewPipelines<'_, '_> {
 }
 
 /// Compiles what is wanted, and says what is there.
-pub(in crate::render) fn find_ready(
+pub(super) fn find_ready(
     mut pipelines_or_cache: ParamSet<((Passes, ViewPipelines), ResMut<PipelineCache>)>,
     methods: Res<MethodPipelines>,
     scene: Res<ExtractedScene>,
@@ -74,9 +77,9 @@ pub(in crate::render) fn find_ready(
     };
     let mut are_there = |(passes, mut views): (Passes, ViewPipelines)| {
         wanted.values_mut().fold(passes.over_carvers_are_ready(), |are_there, (method, is_there)| {
-            let pipelines =
-                [passes.are_ready_for(method, scene.count_work), views.are_ready_for(method, &passes.cache)];
-            *is_there = pipelines == [true; 2];
+            // All are asked, whatever the others say.
+            *is_there =
+                passes.are_ready_for(method, scene.count_work) & views.are_ready_for(method, &passes.cache);
             are_there && *is_there
         })
     };
