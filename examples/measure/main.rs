@@ -12,6 +12,7 @@ mod counts;
 mod directions;
 mod figures;
 mod filtering;
+mod fingerprints;
 mod isosurface;
 mod published;
 mod shell;
@@ -124,6 +125,10 @@ struct Instead {
     /// step by step, and beside the transfer function, in two CT volumes.
     #[arg(long)]
     isosurface: bool,
+    /// Hashes of images and voxels of small scenes, by every method in every mode: the same lines before and after a
+    /// change that is to change nothing.
+    #[arg(long)]
+    fingerprints: bool,
 }
 
 impl Options {
@@ -162,6 +167,8 @@ fn main() -> Result<(), String> {
         sweeping::run(&options)
     } else if instead.isosurface {
         isosurface::run(&options)
+    } else if instead.fingerprints {
+        fingerprints::run()
     } else {
         carve::run(&options)
     }
