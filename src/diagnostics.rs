@@ -1,12 +1,12 @@
 //! What a user can read about the work done: names of the passes' timings and work counters.
 //!
 //! Timings need Bevy's `RenderDiagnosticsPlugin`; they appear in the `DiagnosticsStore` as
-//! milliseconds, under the paths given here.
+//! milliseconds, under the paths given here. Passes of an occlusion method have their names with its settings, such as
+//! [`OcclusionSweeping::SPAN`](crate::occlusion::OcclusionSweeping::SPAN).
 
 use bevy::{
     diagnostic::{DiagnosticPath, DiagnosticsStore},
     prelude::*,
-    render::extract_resource::ExtractResource,
 };
 use std::sync::{Arc, Mutex};
 
@@ -30,30 +30,6 @@ pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
 pub const SPAN_MARK: &str = "contextual_ao/mark";
 /// Casting the rays of those that are not up to date (step V).
 pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
-/// Filtering the densities of all voxels, and estimating their occlusion from that.
-pub const SPAN_FILTER: &str = "contextual_ao/filter";
-/// Screen-space occlusion of a view: finding its surface, shading it. Runs after drawing.
-pub const SPAN_SCREEN_SPACE: &str = "contextual_ao/screen_space";
-/// Shading the volumes of a view by direct occlusion, and drawing them.
-pub const SPAN_DIRECT: &str = "contextual_ao/direct";
-/// Sweeping light through volumes: [`OcclusionMethod::Sweeping`](crate::occlusion::OcclusionMethod::Sweeping).
-pub const SPAN_SWEEP: &str = "contextual_ao/sweep";
-/// All passes but Bevy's own.
-pub const SPANS: [&str; 13] = [
-    SPAN_COUNT,
-    SPAN_DEPTH,
-    SPAN_DILATE,
-    SPAN_RANGES,
-    SPAN_CULL,
-    SPAN_CLIP,
-    SPAN_DISTANCES,
-    SPAN_MARK,
-    SPAN_RAY_CAST,
-    SPAN_SWEEP,
-    SPAN_FILTER,
-    SPAN_SCREEN_SPACE,
-    SPAN_DIRECT,
-];
 /// Bevy's span in which volumes are drawn, with everything else that is transparent.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
@@ -72,12 +48,6 @@ pub(crate) const COUNTERS: [&str; 6] = [
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct CountWork(pub bool);
-
-/// Sweeps distances alone, without light, while `true`: what the occlusion of an isosurface adds to its distance
-/// field can be measured so. The occlusion stays what it was.
-#[derive(Resource, ExtractResource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[reflect(Resource, Default, Debug, Clone, PartialEq)]
-pub struct SweepDistancesAlone(pub bool);
 
 /// What the ray cast did in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -153,38 +123,48 @@ pub(crate) struct Report {
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct TimePassesByClock(pub bool);
 
-/// Which passes ran since the start; a frame at rest adds nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PassLog {
-    jobs: [u64; SPANS.len()],
-    clock_ms: [Option<f64>; SPANS.len()],
+/// Which passes ran since the start, in the order in which they first ran; a frame at rest adds nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PassLog(Vec<PassRuns>);
+
+/// The runs of one pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PassRuns {
+    span: &'static str,
+    jobs: u64,
+    clock_ms: Option<f64>,
 }
 
 impl PassLog {
-    pub(crate) fn add(&mut self, span: &str, jobs: u64, ms: Option<f64>) {
-        if let Some(index) = self.index(span) {
-            self.jobs[index] += jobs;
-            self.clock_ms[index] = ms;
+    pub(crate) fn add(&mut self, span: &'static str, jobs: u64, ms: Option<f64>) {
+        match self.0.iter_mut().find(|runs| runs.span == span) {
+            Some(runs) => *runs = PassRuns { span, jobs: runs.jobs + jobs, clock_ms: ms },
+            None => self.0.push(PassRuns { span, jobs, clock_ms: ms }),
         }
     }
 
-    /// How many carvers, volumes or views a pass (one of [`SPANS`]) has been run for since the start.
+    /// The names of all passes that ran since the start.
+    pub fn spans(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|runs| runs.span)
+    }
+
+    /// How many carvers, volumes or views a pass has been run for since the start, by its name.
     pub fn jobs(&self, span: &str) -> u64 {
-        self.index(span).map_or(0, |index| self.jobs[index])
+        self.runs(span).map_or(0, |runs| runs.jobs)
     }
 
     /// Milliseconds that the pass took when it last ran, if timed by the clock.
     pub fn clock_ms(&self, span: &str) -> Option<f64> {
-        self.clock_ms[self.index(span)?]
+        self.runs(span)?.clock_ms
     }
 
     /// Passes run since the start, of any kind.
     pub fn total_jobs(&self) -> u64 {
-        self.jobs.iter().sum()
+        self.0.iter().map(|runs| runs.jobs).sum()
     }
 
-    fn index(&self, span: &str) -> Option<usize> {
-        SPANS.iter().position(|name| *name == span)
+    fn runs(&self, span: &str) -> Option<&PassRuns> {
+        self.0.iter().find(|runs| runs.span == span)
     }
 }
 
@@ -193,7 +173,7 @@ impl PassLog {
 pub(crate) struct ReportChannel(pub Arc<Mutex<Report>>);
 
 /// What the renderer did and holds.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct RenderStatus {
     /// What is allocated.
     pub usage: GpuUsage,

@@ -1,7 +1,7 @@
 //! Volumes (CT, MRI) in [Bevy](https://bevy.org) that are carved by hand and shaded with exactly
 //! the ambient occlusion that a full recomputation would give, in the same frame.
 //!
-//! Add [`ContextualAoPlugin`], spawn a [`VolumeBundle`](volume::VolumeBundle) and a mesh with
+//! Add [`ContextualAoPlugin`], spawn a [`VolumeBundle`] and a mesh with
 //! [`ClipMesh`](clip::ClipMesh), and move the mesh:
 //!
 //! ```no_run
@@ -27,6 +27,7 @@
 //! `render` extracts that and runs the passes; [`material`] draws. [`diagnostics`] tells what was
 //! done.
 
+mod bundle;
 pub mod clip;
 pub mod diagnostics;
 pub mod material;
@@ -35,12 +36,13 @@ mod plugin;
 pub mod render;
 pub mod volume;
 
+pub use bundle::VolumeBundle;
 pub use plugin::ContextualAoPlugin;
 
 /// What most apps need.
 pub mod prelude {
     pub use crate::{
-        ContextualAoPlugin,
+        ContextualAoPlugin, VolumeBundle,
         clip::{
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
@@ -51,7 +53,7 @@ pub mod prelude {
         },
         volume::{
             ControlPoint, OcclusionProgress, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,
-            VolumeBundle, VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
+            VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
         },
     };
 }

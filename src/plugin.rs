@@ -11,7 +11,7 @@ use bevy::{
 
 use crate::{
     clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
-    diagnostics::{CountWork, RenderStatus, ReportChannel, SweepDistancesAlone, TimePassesByClock},
+    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, Formats, OcclusionRenderPlugin},
@@ -33,7 +33,6 @@ impl Plugin for ContextualAoPlugin {
             .init_resource::<RenderStatus>()
             .init_resource::<CountWork>()
             .init_resource::<TimePassesByClock>()
-            .init_resource::<SweepDistancesAlone>()
             .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
             .add_systems(PreUpdate, receive_report);
         if app.get_sub_app(RenderApp).is_none() {
@@ -90,7 +89,11 @@ fn receive_report(
     let Ok(mut report) = channel.0.lock() else {
         return;
     };
-    let new = RenderStatus { usage: report.usage, passes: report.passes, clip_layers: report.layers_wanted };
+    let new = RenderStatus {
+        usage: report.usage,
+        passes: report.passes.clone(),
+        clip_layers: report.layers_wanted,
+    };
     status.set_if_neq(new);
     layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));
     if *cut_off != report.cut_off {

@@ -67,6 +67,7 @@ pub fn show(
         OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering, geometry),
         OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen, geometry),
         OcclusionMethod::Direct(direct) => show_direct(ui, direct),
+        _ => {}
     }
     // Any change restarts the computation.
     occlusion.set_if_neq(new);

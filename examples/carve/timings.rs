@@ -4,11 +4,12 @@ use bevy::{
     diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
     prelude::*,
 };
-use bevy_contextual_ao::diagnostics::{
-    GpuUsage, RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, latest_gpu_ms,
-};
+use bevy_contextual_ao::diagnostics::{GpuUsage, RenderStatus, SPAN_DRAW, TimePassesByClock, latest_gpu_ms};
 use bevy_egui::egui::{Grid, Ui};
-use std::time::{Duration, Instant};
+use std::{
+    collections::HashMap,
+    time::{Duration, Instant},
+};
 
 /// A pass that last ran longer ago than this is at rest.
 const STALE: Duration = Duration::from_secs(2);
@@ -16,19 +17,16 @@ const BYTES_PER_MIB: f64 = 1_048_576.0;
 
 /// When each pass last ran.
 #[derive(Default)]
-pub struct LastRuns([Option<(u64, Instant)>; SPANS.len()]);
+pub struct LastRuns(HashMap<&'static str, (u64, Instant)>);
 
 impl LastRuns {
     /// Whether a pass that has done `jobs` since the start did one lately.
-    fn is_recent(&mut self, pass: usize, jobs: u64) -> bool {
-        let Some(last) = self.0.get_mut(pass) else {
-            return false;
-        };
-        match last {
+    fn is_recent(&mut self, pass: &'static str, jobs: u64) -> bool {
+        match self.0.get(pass) {
             Some((before, at)) if *before == jobs => at.elapsed() < STALE,
             _ => {
-                *last = Some((jobs, Instant::now()));
-                jobs > 0
+                self.0.insert(pass, (jobs, Instant::now()));
+                true
             }
         }
     }
@@ -43,7 +41,7 @@ pub fn show(
     mut by_clock: Mut<TimePassesByClock>,
 ) {
     let fps = diagnostics.get(&FrameTimeDiagnosticsPlugin::FPS).and_then(|fps| fps.smoothed());
-    let passes = status.passes;
+    let passes = &status.passes;
     Grid::new("timings").num_columns(3).striped(true).show(ui, |ui| {
         let mut row = |name: &str, ms: Option<f64>, jobs: String| {
             ui.label(name);
@@ -54,12 +52,12 @@ pub fn show(
             ui.weak(jobs);
             ui.end_row();
         };
-        for (index, span) in SPANS.into_iter().enumerate() {
+        for span in passes.spans() {
             let ms =
                 passes.clock_ms(span).filter(|_| by_clock.0).or_else(|| latest_gpu_ms(diagnostics, span));
             let name = span.rsplit('/').next().unwrap_or(span).replace('_', " ");
             let jobs = passes.jobs(span);
-            let is_recent = last_runs.is_recent(index, jobs);
+            let is_recent = last_runs.is_recent(span, jobs);
             row(&name, ms.filter(|_| is_recent), format!("{jobs} so far"));
         }
         row("drawing", latest_gpu_ms(diagnostics, SPAN_DRAW), String::new());

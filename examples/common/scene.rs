@@ -188,7 +188,7 @@ impl SceneOptions {
             transfer_function,
             budget: self.budget.budget(),
             occlusion: AmbientOcclusion {
-                method: self.method,
+                method: self.method.clone(),
                 steps: self.steps,
                 step_mm: self.step_mm,
                 ..default()

@@ -201,7 +201,7 @@ impl TestScene {
     }
 
     pub fn status(&self) -> RenderStatus {
-        *self.headless.app.world().resource::<RenderStatus>()
+        self.headless.app.world().resource::<RenderStatus>().clone()
     }
 }
 

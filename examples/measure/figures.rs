@@ -1,9 +1,30 @@
 //! What figures are made of, and how they are printed.
 
-use bevy_contextual_ao::diagnostics::{
-    SPAN_CLIP, SPAN_CULL, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK, SPAN_RAY_CAST, SPANS,
+use bevy_contextual_ao::{
+    diagnostics::{
+        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK,
+        SPAN_RANGES, SPAN_RAY_CAST,
+    },
+    occlusion::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion},
 };
 use serde_json::{Value, json};
+
+/// The passes that are timed.
+pub const SPANS: [&str; 13] = [
+    SPAN_COUNT,
+    SPAN_DEPTH,
+    SPAN_DILATE,
+    SPAN_RANGES,
+    SPAN_CULL,
+    SPAN_CLIP,
+    SPAN_DISTANCES,
+    SPAN_MARK,
+    SPAN_RAY_CAST,
+    OcclusionSweeping::SPAN,
+    OcclusionFiltering::SPAN,
+    ScreenSpaceOcclusion::SPAN,
+    DirectOcclusion::SPAN,
+];
 
 /// Milliseconds of one frame, or medians of several.
 #[derive(Clone, Copy, Default)]

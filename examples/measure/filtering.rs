@@ -2,7 +2,6 @@
 //! volume, by each of three estimates and for several radii, with volumes that are at hand in place of its own.
 
 use bevy_contextual_ao::{
-    diagnostics::SPAN_FILTER,
     occlusion::{DensityEstimate, DensitySource, OcclusionFiltering},
     prelude::*,
 };
@@ -60,7 +59,7 @@ fn measure(
     let times = &times[(turns * options.warmup) as usize..];
     let medians = [0, 1, 2, 3, 4].map(|turn| {
         let of_radius = times.iter().skip(turn).step_by(RADII.len());
-        median(of_radius.map(|times| times.of(SPAN_FILTER)).collect())
+        median(of_radius.map(|times| times.of(OcclusionFiltering::SPAN)).collect())
     });
     for (k, (radius, ms)) in RADII.into_iter().zip(medians).enumerate() {
         stage.print(json!({

@@ -20,10 +20,10 @@ pub fn run(options: &Options) -> Result<(), String> {
         let surface = SweepingSurface::Isosurface(isovalue.unwrap_or_default());
         let sweeping = OcclusionMethod::Sweeping(OcclusionSweeping { surface, ..default() });
         let mut stage = Stage::new(parts, options.image_size());
-        let function = drawing_ms(&mut stage, OcclusionMethod::Rays, true, options)?;
-        let stepping = drawing_ms(&mut stage, sweeping, false, options)?;
+        let function = drawing_ms(&mut stage, &OcclusionMethod::Rays, true, options)?;
+        let stepping = drawing_ms(&mut stage, &sweeping, false, options)?;
         let image = stage.image();
-        let leaping = drawing_ms(&mut stage, sweeping, true, options)?;
+        let leaping = drawing_ms(&mut stage, &sweeping, true, options)?;
         let is_same = stage.image() == image;
         stage.print(json!({
             "frames": options.frames,
@@ -42,12 +42,12 @@ pub fn run(options: &Options) -> Result<(), String> {
 /// The median of frames in which the volume is drawn without occlusion, and nothing else is done.
 fn drawing_ms(
     stage: &mut Stage,
-    method: OcclusionMethod,
+    method: &OcclusionMethod,
     draw_leaps: bool,
     options: &Options,
 ) -> Result<f64, String> {
     stage.set_shortcuts(Shortcuts { draw_leaps, ..default() });
-    let occlusion = AmbientOcclusion { method, ..stage.occlusion() };
+    let occlusion = AmbientOcclusion { method: method.clone(), ..stage.occlusion() };
     stage.prepare_with(ShadingMode::Solid, occlusion)?;
     Ok(stage.medians(options.warmup, options.frames, |_, _| {}).total)
 }

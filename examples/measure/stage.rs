@@ -2,7 +2,7 @@
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_contextual_ao::{
-    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, SPANS, TimePassesByClock, Work, latest_gpu_ms},
+    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, TimePassesByClock, Work, latest_gpu_ms},
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
@@ -14,7 +14,7 @@ use crate::{
         headless::Headless,
         scene::{Scene, SceneParts},
     },
-    figures::{FrameTimes, merged},
+    figures::{FrameTimes, SPANS, merged},
 };
 
 /// A scene in an app of its own.
@@ -202,7 +202,7 @@ impl Stage {
     }
 
     fn passes(&self) -> PassLog {
-        self.headless.app.world().resource::<RenderStatus>().passes
+        self.headless.app.world().resource::<RenderStatus>().passes.clone()
     }
 
     /// Fills in the times of the passes that ran since `before`.

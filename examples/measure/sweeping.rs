@@ -3,8 +3,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    diagnostics::{SPAN_SWEEP, SweepDistancesAlone},
-    occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
+    occlusion::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface},
     prelude::*,
 };
 use serde_json::json;
@@ -65,7 +64,7 @@ fn measure(voxels: UVec3, paper: [f64; 3], options: &Options) -> Result<(), Stri
         let pattern = stage.occlusion().pattern;
         stage.prepare(ShadingMode::Lao, pattern)?;
         let times = stage.medians(options.warmup, options.frames, |_, _| {});
-        Ok::<_, String>(times.of(SPAN_SWEEP) / 1e3)
+        Ok::<_, String>(times.of(OcclusionSweeping::SPAN) / 1e3)
     };
     let surface = SweepingSurface::Isovalue(ISOVALUE);
     let distances = seconds(surface, GeometryTerm::None, true)?;

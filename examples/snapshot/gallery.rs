@@ -73,7 +73,7 @@ fn picture(
     let mut frames = 2;
     if let (Some(mut occlusion), Some(settings)) = (world.get_mut::<AmbientOcclusion>(scene.volume), settings)
     {
-        occlusion.method = settings.method;
+        occlusion.method = settings.method.clone();
         occlusion.resolution = settings.resolution;
         occlusion.sky = settings.sky;
         if let OcclusionMethod::Progressive(_) = settings.method {

@@ -7,7 +7,7 @@ mod gallery;
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{
-    diagnostics::{SPAN_DRAW, SPANS},
+    diagnostics::{RenderStatus, SPAN_DRAW},
     prelude::*,
 };
 use clap::Parser;
@@ -60,7 +60,8 @@ fn main() -> Result<(), String> {
     // Timings arrive a frame or two after their pass.
     headless.frames(3);
     println!("{} ({} voxels), {}", scene.name, scene.voxels, options.pattern);
-    for span in SPANS.into_iter().chain([SPAN_DRAW]) {
+    let passes = headless.app.world().resource::<RenderStatus>().passes.clone();
+    for span in passes.spans().chain([SPAN_DRAW]) {
         println!("{span:32} {:9.2} ms", headless.pass_ms(span));
     }
     println!("{}", options.out.display());

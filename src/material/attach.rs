@@ -11,7 +11,7 @@ use super::{VolumeMaterial, box_mesh::box_mesh, volume_material::MaterialVariant
 use crate::{
     clip::{ClipCapacity, ClipSettings},
     occlusion::{FittedOcclusion, ShownOcclusion},
-    render::{CompilesInBackground, MethodPipelines, OcclusionTexels, draws_isosurface},
+    render::{CompilesInBackground, MethodPipelines},
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
@@ -57,8 +57,8 @@ pub(super) fn attach_visuals(
     for (entity, table, (fitted, shown), transform, layers, volume_box) in &mut volumes {
         let variant = MaterialVariant {
             is_mirrored: transform.affine().matrix3.determinant() < 0.0,
-            texels: OcclusionTexels::of(&fitted.occlusion),
-            is_isosurface: draws_isosurface(&fitted.occlusion),
+            texels: fitted.occlusion.texels(),
+            is_isosurface: fitted.occlusion.method.settings().drawing().draws_surface,
         };
         let mut visuals = Visuals {
             geometry: table.geometry,

@@ -12,14 +12,14 @@ use bevy::{
     pbr::MaterialPlugin,
     prelude::*,
     render::{ExtractSchedule, Render, RenderApp, RenderSystems, erased_render_asset::prepare_erased_assets},
-    shader::load_shader_library,
 };
 
 pub use volume_material::VolumeMaterial;
 
 use crate::{
     clip::ClipCapacitySystems,
-    render::{DeviceSupport, VolumeResourceSystems, fit_occlusion},
+    occlusion::fit_occlusion,
+    render::{DeviceSupport, VolumeResourceSystems},
     volume::VolumeSystems,
 };
 
@@ -28,8 +28,6 @@ pub(crate) struct VolumeMaterialPlugin;
 
 impl Plugin for VolumeMaterialPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "octants.wgsl");
-        load_shader_library!(app, "surface_ray.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_plugins(MaterialPlugin::<VolumeMaterial>::default())
             .add_observer(depth_prepass::leave_to_user)

@@ -19,7 +19,10 @@ use bevy::{
     shader::{ShaderDefVal, ShaderRef},
 };
 
-use crate::render::{ClipMaps, Formats, OcclusionTexels, VolumeStore, volumes::volume_bindings};
+use crate::{
+    occlusion::OcclusionTexels,
+    render::{ClipMaps, Formats, VolumeStore, volumes::layouts},
+};
 
 /// Draws the volume of an entity, made and kept up to date by the plugin.
 ///
@@ -127,8 +130,8 @@ impl AsBindGroup for VolumeMaterial {
         let bindings = (|| {
             let volume = passes.volumes.0.get(&MainEntity::from(self.volume))?;
             let clip = passes.clip_maps.textures.as_ref()?;
-            let mut bindings = volume_bindings::brick_bindings(volume, clip, &passes.formats)?;
-            bindings.retain(|(binding, _)| *binding != volume_bindings::DILATION_MAPS);
+            let mut bindings = volume.bindings(clip, &passes.formats)?;
+            bindings.retain(|(binding, _)| *binding != layouts::DILATION_MAPS);
             for (binding, view) in [(9, volume.orientations()), (10, &volume.occlusion.view)] {
                 let view = OwnedBindingResource::TextureView(TextureViewDimension::D3, view.clone());
                 bindings.push((binding, view));
@@ -143,9 +146,9 @@ impl AsBindGroup for VolumeMaterial {
     fn bind_group_layout_entries(_: &RenderDevice, _: bool) -> Vec<BindGroupLayoutEntry> {
         let stages = ShaderStages::FRAGMENT;
         let volume = texture_3d(TextureSampleType::Float { filterable: true });
-        let mut entries = volume_bindings::brick_layout_entries(stages);
+        let mut entries = layouts::brick_layout_entries(stages);
         // Drawing does not read them, and fragment shaders get 16 textures, with those of Bevy.
-        entries.retain(|entry| entry.binding != volume_bindings::DILATION_MAPS);
+        entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
         entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
         entries
     }

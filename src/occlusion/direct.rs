@@ -3,6 +3,8 @@
 
 use bevy::prelude::*;
 
+use super::{MethodKind, MethodSettings};
+
 /// Each view sweeps through the volume, slice by slice away from the viewer, and blurs what light is left from
 /// slice to slice: light from a cone around the viewer. Nothing is precomputed; every frame costs the same,
 /// whether anything changed or not. Occlusion depends on where the viewer stands.
@@ -33,6 +35,8 @@ impl DirectOcclusion {
     pub const MOST_SAMPLES: u32 = 16;
     /// The most slices of a volume; where there would be more they are farther apart.
     pub const MOST_SLICES: u32 = 4096;
+    /// Shading and drawing the volumes of all views, in the diagnostics.
+    pub const SPAN: &str = "contextual_ao/direct";
 
     /// These settings within what can be computed; the defaults where they are no numbers.
     pub(crate) fn clamped(&self) -> Self {
@@ -44,6 +48,16 @@ impl DirectOcclusion {
             slice_voxels: number(self.slice_voxels, default.slice_voxels).clamp(0.05, 100.0),
             ..*self
         }
+    }
+}
+
+impl MethodSettings for DirectOcclusion {
+    fn name(&self) -> &'static str {
+        "direct"
+    }
+
+    fn kind(&self) -> MethodKind {
+        MethodKind::DrawingViews
     }
 }
 

@@ -3,7 +3,7 @@
 
 use bevy::prelude::*;
 
-use super::settings::length_mm;
+use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels, lengths::length_mm};
 use crate::volume::VolumeGeometry;
 
 /// How large a share of the voxels around one is not denser than it, estimated from what separable filters
@@ -32,6 +32,8 @@ pub struct OcclusionFiltering {
 impl OcclusionFiltering {
     /// The largest radius, voxels.
     pub const MOST_VOXELS: u32 = 127;
+    /// The passes over all volumes that are filtered, in the diagnostics.
+    pub const SPAN: &str = "contextual_ao/filter";
 
     /// These settings within what can be computed.
     pub(super) fn clamped(self) -> Self {
@@ -53,10 +55,44 @@ impl OcclusionFiltering {
         length_mm(self.radius_mm, 10.0, geometry)
     }
 
+    /// Whether the means of squares are filtered, beside the means.
+    pub(crate) fn filters_squares(&self) -> bool {
+        !self.filters_extrema() || matches!(self.modulation, OpacityModulation::Variance(_))
+    }
+
+    /// Whether the lowest and the highest densities are filtered, beside the means.
+    pub(crate) fn filters_extrema(&self) -> bool {
+        self.estimate == DensityEstimate::Power
+    }
+
+    /// How many quantities are filtered.
+    fn quantities(&self) -> u32 {
+        1 + u32::from(self.filters_squares()) + u32::from(self.filters_extrema())
+    }
+
     /// The radius along each of the grid's axes, whole voxels.
     pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
         let voxels = (self.radius_length_mm(geometry) / geometry.spacing_mm).round().as_uvec3();
         voxels.clamp(UVec3::ONE, UVec3::splat(Self::MOST_VOXELS))
+    }
+}
+
+impl MethodSettings for OcclusionFiltering {
+    fn name(&self) -> &'static str {
+        "filtering"
+    }
+
+    fn bytes(&self, dimensions: UVec3) -> MethodBytes {
+        let buffer = 4 * dimensions.as_u64vec3().element_product();
+        MethodBytes { total: 2 * buffer * u64::from(self.quantities()), largest_buffer: buffer }
+    }
+
+    fn drawing(&self) -> MethodDrawing {
+        let texels = match self.modulation {
+            OpacityModulation::None => OcclusionTexels::Factors,
+            _ => OcclusionTexels::Modulated,
+        };
+        MethodDrawing { texels, ..default() }
     }
 }
 

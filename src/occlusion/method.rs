@@ -1,13 +1,18 @@
 //! By which method ambient occlusion is computed, and the settings of each.
 
 use bevy::prelude::*;
+use core::any::Any;
 
-use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion};
+use super::{
+    CustomMethod, DirectOcclusion, MethodKind, MethodSettings, OcclusionFallback, OcclusionFiltering,
+    OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion, progressive::Rays,
+};
 
 /// The systems of the papers. All see what carvers leave of a volume; `docs/methods.md` says what each is good for
 /// and where it fails.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum OcclusionMethod {
     /// Rays around every voxel: local ambient occlusion, of which only what changed is recomputed. Exact.
     #[default]
@@ -22,10 +27,12 @@ pub enum OcclusionMethod {
     ScreenSpace(ScreenSpaceOcclusion),
     /// Direct occlusion shading: light from a cone around the viewer.
     Direct(DirectOcclusion),
+    /// A method that another plugin brings ([`OcclusionMethod::custom`]).
+    Custom(CustomMethod),
 }
 
 impl OcclusionMethod {
-    /// All methods with their default settings, in the order of a menu.
+    /// The methods of this crate with their default settings, in the order of a menu.
     pub fn all() -> [Self; 6] {
         [
             Self::Rays,
@@ -37,45 +44,69 @@ impl OcclusionMethod {
         ]
     }
 
-    /// The name used on command lines and in tables.
-    pub fn name(&self) -> &'static str {
+    /// A method that another plugin brings.
+    pub fn custom<S: MethodSettings + PartialEq>(settings: S) -> Self {
+        Self::Custom(CustomMethod::new(settings))
+    }
+
+    /// What is known of it before it runs.
+    pub fn settings(&self) -> &dyn MethodSettings {
         match self {
-            Self::Rays => "rays",
-            Self::Progressive(_) => "progressive",
-            Self::Sweeping(_) => "sweeping",
-            Self::Filtering(_) => "filtering",
-            Self::ScreenSpace(_) => "screen_space",
-            Self::Direct(_) => "direct",
+            Self::Rays => &Rays,
+            Self::Progressive(settings) => settings,
+            Self::Sweeping(settings) => settings,
+            Self::Filtering(settings) => settings,
+            Self::ScreenSpace(settings) => settings,
+            Self::Direct(settings) => settings,
+            Self::Custom(custom) => custom.settings(),
         }
     }
 
+    /// Its settings, if they are of this type.
+    pub fn get<S: MethodSettings>(&self) -> Option<&S> {
+        let settings: &dyn Any = self.settings();
+        settings.downcast_ref()
+    }
+
+    /// The name used on command lines and in tables.
+    pub fn name(&self) -> &'static str {
+        self.settings().name()
+    }
+
+    /// What is computed, and when.
+    pub fn kind(&self) -> MethodKind {
+        self.settings().kind()
+    }
+
     /// These settings within what can be computed, and equal to themselves.
-    pub(crate) fn clamped(self) -> Self {
+    pub(crate) fn clamped(&self) -> Self {
         match self {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
             Self::Sweeping(settings) => Self::Sweeping(settings.clamped()),
             Self::ScreenSpace(settings) => Self::ScreenSpace(settings.clamped()),
             Self::Direct(settings) => Self::Direct(settings.clamped()),
-            Self::Rays => Self::Rays,
+            Self::Rays | Self::Custom(_) => self.clone(),
         }
     }
 
-    /// Whether rays are cast around voxels.
-    pub(crate) fn casts_rays(&self) -> bool {
-        matches!(self, Self::Rays | Self::Progressive(_))
-    }
-
-    /// Whether a factor is kept for every voxel, whoever looks at it. Otherwise views compute their own.
-    pub fn is_of_voxels(&self) -> bool {
-        !matches!(self, Self::ScreenSpace(_) | Self::Direct(_))
+    /// What is computed where it does not fit; `None` if nothing is.
+    pub(super) fn instead(&self) -> Option<(Self, OcclusionFallback)> {
+        match self {
+            Self::Progressive(_) => Some((Self::Rays, OcclusionFallback::AllRaysAtOnce)),
+            Self::Sweeping(settings) => {
+                let settings = settings.without_geometry_term()?;
+                Some((Self::Sweeping(settings), OcclusionFallback::NoGeometryTerm))
+            }
+            _ => None,
+        }
     }
 }
 
 impl core::str::FromStr for OcclusionMethod {
     type Err = String;
 
-    /// A method with its default settings.
+    /// A method of this crate with its default settings.
     fn from_str(name: &str) -> Result<Self, String> {
         Self::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names = Self::all().map(|method| method.name()).join(", ");

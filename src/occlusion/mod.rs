@@ -1,10 +1,14 @@
 //! How a volume is shaded by ambient occlusion: the methods and their settings, and the ray patterns (pure
 //! maths).
 
+mod custom;
 mod direct;
 mod directions;
 mod filtering;
+mod fit;
+mod lengths;
 mod method;
+mod method_settings;
 mod progressive;
 mod screen_space;
 mod settings;
@@ -12,31 +16,49 @@ mod shortcuts;
 mod shortfall;
 mod sky;
 mod sweeping;
+mod texels;
 
-use bevy::prelude::*;
+use bevy::{ecs::component::RequiredComponentsError, prelude::*};
 
+pub use custom::CustomMethod;
 pub use direct::DirectOcclusion;
 pub use directions::{RayDirection, RayPattern, fibonacci_direction};
 pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityModulation};
+pub(crate) use fit::{FittedOcclusion, ShownOcclusion, fit_occlusion};
 pub use method::OcclusionMethod;
+pub use method_settings::{MethodBytes, MethodDrawing, MethodKind, MethodSettings};
 pub use progressive::ProgressiveRays;
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
 pub use shortcuts::Shortcuts;
-pub(crate) use shortfall::{FittedOcclusion, ShownOcclusion};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
-pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepingSurface};
+pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface};
+pub use texels::OcclusionTexels;
+
+use crate::volume::Volume3d;
 
 /// Registers the shading components.
 pub(crate) struct OcclusionPlugin;
 
 impl Plugin for OcclusionPlugin {
     fn build(&self, app: &mut App) {
+        require::<AmbientOcclusion>(app);
+        require::<VolumeShading>(app);
         app.init_resource::<Shortcuts>()
+            .init_resource::<SweepDistancesAlone>()
             .add_observer(shortfall::warn_of_shortfall)
             .register_type::<Shortcuts>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>();
+    }
+}
+
+/// Gives volumes a component with its defaults.
+fn require<C: Component + Default>(app: &mut App) {
+    if let Err(RequiredComponentsError::ArchetypeExists(_)) =
+        app.try_register_required_components::<Volume3d, C>()
+    {
+        error!("volumes spawned before ContextualAoPlugin was added have no {}", ShortName::of::<C>());
     }
 }

@@ -1,6 +1,9 @@
-//! The settings of progressive local ambient occlusion (Hernell et al. 2007, as described in the CAO paper).
+//! The settings of progressive local ambient occlusion (Hernell et al. 2007, as described in the CAO paper), and
+//! of rays that are cast all at once, which have none of their own.
 
 use bevy::prelude::*;
+
+use super::{MethodBytes, MethodKind, MethodSettings};
 
 /// Local ambient occlusion, some of its rays in every frame. After a change all rays of the pattern have been
 /// cast when as many frames have passed as it takes; until then what is shown is noisy, or old.
@@ -25,5 +28,34 @@ impl ProgressiveRays {
 impl Default for ProgressiveRays {
     fn default() -> Self {
         Self { rays_per_frame: 1, kept_on_change: 0.0 }
+    }
+}
+
+impl MethodSettings for ProgressiveRays {
+    fn name(&self) -> &'static str {
+        "progressive"
+    }
+
+    fn kind(&self) -> MethodKind {
+        MethodKind::StaleVoxels
+    }
+
+    /// A sum for every voxel.
+    fn bytes(&self, dimensions: UVec3) -> MethodBytes {
+        MethodBytes::of_buffers(&[4 * dimensions.as_u64vec3().element_product()])
+    }
+}
+
+/// All rays at once.
+#[derive(Debug)]
+pub(super) struct Rays;
+
+impl MethodSettings for Rays {
+    fn name(&self) -> &'static str {
+        "rays"
+    }
+
+    fn kind(&self) -> MethodKind {
+        MethodKind::StaleVoxels
     }
 }

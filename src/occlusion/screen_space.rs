@@ -2,7 +2,10 @@
 
 use bevy::{math::DVec3, prelude::*};
 
-use super::settings::{length_mm, within};
+use super::{
+    MethodKind, MethodSettings,
+    lengths::{length_mm, within},
+};
 use crate::volume::VolumeGeometry;
 
 /// Each view finds the first point along each of its rays where opacity exceeds a threshold, and around it
@@ -33,6 +36,8 @@ impl ScreenSpaceOcclusion {
     pub const MOST_SAMPLES: u32 = 256;
     /// The longest radius, mm.
     pub const LONGEST_RADIUS_MM: f32 = 10_000.0;
+    /// The passes over all views that are shaded, in the diagnostics. They run after drawing.
+    pub const SPAN: &str = "contextual_ao/screen_space";
 
     /// These settings within what can be computed.
     pub(crate) fn clamped(&self) -> Self {
@@ -67,6 +72,16 @@ impl ScreenSpaceOcclusion {
             (length * DVec3::new(across * cos, across * sin, height)).as_vec3()
         };
         (0..count).map(point).collect()
+    }
+}
+
+impl MethodSettings for ScreenSpaceOcclusion {
+    fn name(&self) -> &'static str {
+        "screen_space"
+    }
+
+    fn kind(&self) -> MethodKind {
+        MethodKind::DrawnViews
     }
 }
 

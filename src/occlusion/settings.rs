@@ -2,7 +2,10 @@
 
 use bevy::{math::DVec3, prelude::*};
 
-use super::{OcclusionMethod, RayDirection, RayPattern, Sky};
+use super::{
+    MethodKind, OcclusionMethod, OcclusionTexels, RayDirection, RayPattern, Sky,
+    lengths::{length_mm, within},
+};
 use crate::volume::VolumeGeometry;
 
 /// How the ambient occlusion of a volume is computed (required by
@@ -79,8 +82,23 @@ impl AmbientOcclusion {
             steps: self.steps.min(Self::MOST_STEPS),
             step_mm: self.step_mm.map(|mm| within(mm, Self::LONGEST_STEP_MM)),
             // Only rays leave out voxels.
-            resolution: if self.method.casts_rays() { self.resolution } else { default() },
+            resolution: if self.leaves_out_voxels() { self.resolution } else { default() },
             ..self.clone()
+        }
+    }
+
+    /// Whether the occlusion of some voxels stays when that of others is recomputed.
+    fn leaves_out_voxels(&self) -> bool {
+        self.method.kind() == MethodKind::StaleVoxels
+    }
+
+    /// What the occlusion texture holds.
+    pub(crate) fn texels(&self) -> OcclusionTexels {
+        match self.method.settings().drawing().texels {
+            OcclusionTexels::Factors if self.clamped().resolution == OcclusionResolution::Half => {
+                OcclusionTexels::HalfFactors
+            }
+            texels => texels,
         }
     }
 
@@ -115,7 +133,7 @@ impl AmbientOcclusion {
     /// sample, its trilinear footprint (one voxel diagonal) and the coverage footprint. Methods that cast no
     /// rays recompute everything: it is how far clipping changes opacities.
     pub fn reach_mm(&self, geometry: &VolumeGeometry) -> f64 {
-        let ray = if self.steps == 0 || !self.method.casts_rays() {
+        let ray = if self.steps == 0 || !self.leaves_out_voxels() {
             0.0
         } else {
             Self::start_mm(geometry.spacing_mm) + (self.steps - 1) as f64 * self.step_length_mm(geometry)
@@ -133,16 +151,6 @@ impl AmbientOcclusion {
         let blocks = 1.5 * f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
         lines.max(1.025 * geometry.cell_diagonal_mm()) + blocks
     }
-}
-
-/// A length setting within 0 and `most`; 0 if it is not finite.
-pub(super) fn within(value: f32, most: f32) -> f32 {
-    if value.is_finite() { value.clamp(0.0, most) } else { 0.0 }
-}
-
-/// A length, mm: the one that is set, or so many voxels of the smallest spacing.
-pub(super) fn length_mm(set_mm: Option<f32>, voxels: f64, geometry: &VolumeGeometry) -> f64 {
-    set_mm.map_or(voxels * geometry.spacing_mm.min_element(), |mm| f64::from(mm).max(0.0))
 }
 
 /// How a volume is drawn (required by [`Volume3d`](crate::volume::Volume3d)).

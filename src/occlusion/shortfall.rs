@@ -2,8 +2,6 @@
 
 use bevy::prelude::*;
 
-use super::AmbientOcclusion;
-
 /// Triggered on a volume whose [`AmbientOcclusion`] cannot be computed as it is set, and again when what is set
 /// or what is missing changes.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
@@ -57,27 +55,6 @@ pub enum OcclusionFallback {
     #[error("the octants' mean is kept, without the geometry term")]
     NoGeometryTerm,
 }
-
-/// The occlusion that is computed for a volume: as it is set, or what fits of it.
-#[derive(Component, Clone, Debug, PartialEq)]
-pub(crate) struct FittedOcclusion {
-    /// Settings within what can be computed.
-    pub occlusion: AmbientOcclusion,
-    pub shortfall: Option<OcclusionShortfall>,
-    /// Bytes that its method takes beside the volume's own.
-    pub bytes: u64,
-}
-
-impl FittedOcclusion {
-    /// Whether there is any.
-    pub fn has_occlusion(&self) -> bool {
-        self.shortfall.is_none_or(|shortfall| shortfall.fallback != OcclusionFallback::Unoccluded)
-    }
-}
-
-/// The occlusion that is computed and drawn: the one before, while pipelines are being compiled.
-#[derive(Component, PartialEq)]
-pub(crate) struct ShownOcclusion(pub FittedOcclusion);
 
 /// Logs it.
 pub(super) fn warn_of_shortfall(failed: On<OcclusionFailed>) {

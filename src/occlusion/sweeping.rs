@@ -1,6 +1,8 @@
 //! The settings of fast occlusion sweeping (Singh, Yuksel, House: Fast Occlusion Sweeping, 2009).
 
-use bevy::prelude::*;
+use bevy::{prelude::*, render::extract_resource::ExtractResource};
+
+use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels};
 
 /// Light that enters the grid on all sides and goes on from voxel to voxel, in eight diagonal sweeps, one for
 /// each octant of directions; [`Sky`](super::Sky) chooses among them. The whole volume occludes, however far
@@ -31,6 +33,11 @@ impl Default for OcclusionSweeping {
 }
 
 impl OcclusionSweeping {
+    /// The passes over all volumes that are swept, in the diagnostics.
+    pub const SPAN: &str = "contextual_ao/sweep";
+    /// Voxels along each side of a tile, as in `sweep.wgsl`.
+    pub(crate) const TILE: u32 = 8;
+
     /// These settings within what can be computed.
     pub(super) fn clamped(self) -> Self {
         let surface = match self.surface {
@@ -48,7 +55,59 @@ impl OcclusionSweeping {
             ..self
         }
     }
+
+    /// The same without a geometry term; `None` where there is none.
+    pub(super) fn without_geometry_term(self) -> Option<Self> {
+        self.keeps_octants().then_some(Self { geometry_term: GeometryTerm::None, ..self })
+    }
+
+    /// Whether what each octant sees is kept, or their mean.
+    pub(crate) fn keeps_octants(&self) -> bool {
+        self.geometry_term != GeometryTerm::None
+    }
+
+    /// Whether a surface is drawn alone.
+    pub(crate) fn draws_surface(&self) -> bool {
+        matches!(self.surface, SweepingSurface::Isosurface(_))
+    }
+
+    /// Bytes of the light between tiles, of what is found of the voxels, and of their distances.
+    pub(crate) fn buffer_bytes(&self, dimensions: UVec3) -> [u64; 3] {
+        let voxels = dimensions.as_u64vec3().element_product();
+        let columns = (dimensions.map(|count| count.div_ceil(Self::TILE)) * Self::TILE).as_u64vec3();
+        let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
+        let found = if self.keeps_octants() { 8 } else { 4 };
+        let distances = if self.surface.isovalue().is_some() { 4 } else { 0 };
+        [4 * faces, found * voxels, distances * voxels]
+    }
 }
+
+impl MethodSettings for OcclusionSweeping {
+    fn name(&self) -> &'static str {
+        "sweeping"
+    }
+
+    fn bytes(&self, dimensions: UVec3) -> MethodBytes {
+        let buffers = MethodBytes::of_buffers(&self.buffer_bytes(dimensions));
+        let surface = if self.draws_surface() { 8 } else { 0 };
+        MethodBytes { total: buffers.total + surface * dimensions.as_u64vec3().element_product(), ..buffers }
+    }
+
+    fn drawing(&self) -> MethodDrawing {
+        MethodDrawing {
+            texels: if self.keeps_octants() { OcclusionTexels::Octants } else { OcclusionTexels::Factors },
+            draws_surface: self.draws_surface(),
+            power: self.gamma.recip(),
+            both_sides: self.geometry_term == GeometryTerm::BothSides,
+        }
+    }
+}
+
+/// Sweeps distances alone, without light, while `true`: what the occlusion of an isosurface adds to its distance
+/// field can be measured so. The occlusion stays what it was.
+#[derive(Resource, ExtractResource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct SweepDistancesAlone(pub bool);
 
 /// What stops light that sweeps through a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]

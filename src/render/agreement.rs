@@ -13,32 +13,30 @@ use super::{
     },
     gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
     methods::{
-        direct::SlicingData,
-        filtering::FilteringData,
-        screen_space::views::ScreenSpaceUniform,
-        sweeping::{SIDE, SweepPlane, SweepingUniform, TILE},
+        FilteringData, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData, SweepPlane, SweepingUniform,
     },
     volumes::{
-        brick_resources::{MASKS, PENDING},
+        bricks::{MASKS, PENDING},
         carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
-        pass_uniforms::{OcclusionPassUniform, Queue, WindowUniform},
-        volume_store::VoxelMask,
-        volume_uniform::VolumeUniform,
+        clip_pass::{ClipPassUniform, Queue},
+        store::VoxelMask,
+        uniform::VolumeUniform,
     },
+    windows::WindowUniform,
 };
 use crate::{
     clip::{CoverageRule, MAX_CARVERS},
-    occlusion::DensityEstimate,
+    occlusion::{DensityEstimate, OcclusionSweeping},
 };
 
-const BINDINGS: &str = include_str!("volumes/volume_bindings.wgsl");
+const BINDINGS: &str = include_str!("volumes/bindings.wgsl");
 const BRICKS: &str = include_str!("volumes/bricks.wgsl");
-const PASS: &str = include_str!("volumes/occlusion_pass.wgsl");
+const PASS: &str = include_str!("volumes/clip_pass.wgsl");
 const WORK_LIST: &str = include_str!("volumes/work_list.wgsl");
 const DILATE: &str = include_str!("carvers/dilate.wgsl");
 const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
 const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
-const OCTANTS: &str = include_str!("../material/octants.wgsl");
+const OCTANTS: &str = include_str!("methods/sweeping/octants.wgsl");
 
 /// A member of a struct: its name, its type as Rust writes it, its offset.
 type Member = (String, String, u64);
@@ -65,11 +63,12 @@ fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl
 }
 
 /// All of them; a test says so.
-fn all_shared() -> [Shared; 11] {
+fn all_shared() -> [Shared; 12] {
     [
         shared::<VolumeUniform, _>("VolumeUniform"),
         shared::<CarverUniform, _>("Carver"),
-        shared::<OcclusionPassUniform, _>("OcclusionPass"),
+        shared::<ClipPassUniform, _>("ClipPass"),
+        shared::<RayPassUniform, _>("RayPass"),
         shared::<FilteringData, _>("Filtering"),
         shared::<ScreenSpaceUniform, _>("ScreenSpaceView"),
         shared::<WindowUniform, _>("Window"),
@@ -214,7 +213,7 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
-        (SWEEP, "TILE", TILE),
+        (SWEEP, "TILE", OcclusionSweeping::TILE),
         (DILATE, "TILE", TEXELS_PER_TILE),
         (OCTANTS, "SIDE", SIDE as u32),
         (WORK_LIST, "FRONT", ListEnd::Front as u32),

@@ -12,10 +12,8 @@ use crate::{
         ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS, RelativePoses, SpawnOrder,
     },
     diagnostics::{CountWork, TimePassesByClock},
-    occlusion::{
-        AmbientOcclusion, DirectOcclusion, FittedOcclusion, OcclusionMethod, Shortcuts, ShownOcclusion,
-        VolumeShading,
-    },
+    occlusion::{AmbientOcclusion, FittedOcclusion, MethodKind, Shortcuts, ShownOcclusion, VolumeShading},
+    render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
 };
 
@@ -30,7 +28,6 @@ pub(crate) struct ExtractedScene {
     pub clip_capacity: ClipCapacity,
     pub shortcuts: Shortcuts,
     pub count_work: bool,
-    pub time_by_clock: bool,
 }
 
 pub(crate) struct ExtractedVolume {
@@ -73,12 +70,9 @@ impl Influence {
 }
 
 impl ExtractedVolume {
-    /// How views shade it by direct occlusion, if they do; then they draw it, and the material does not.
-    pub fn direct(&self) -> Option<DirectOcclusion> {
-        match self.occlusion.method {
-            OcclusionMethod::Direct(settings) if self.shading.mode.uses_occlusion() => Some(settings),
-            _ => None,
-        }
+    /// Whether its occlusion method draws it, in place of the material.
+    pub fn is_drawn_by_method(&self) -> bool {
+        self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.mode.uses_occlusion()
     }
 
     /// The influence on this volume, however it is scaled.
@@ -107,6 +101,7 @@ pub(crate) struct ExtractedCarver {
 /// Copies what the passes need. A volume without its table is not ready to be shown.
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
+    mut timing: ResMut<TimesByClock>,
     volumes: Extract<
         Query<(
             Entity,
@@ -130,7 +125,8 @@ pub(crate) fn extract_scene(
     scene.clip_capacity = **clip_capacity;
     scene.shortcuts = **shortcuts;
     scene.count_work = count_work.0 && device.is_some_and(|device| counts_arrive(&device));
-    scene.time_by_clock = time_by_clock.0;
+    // The counters are cleared and read in the order of the frame.
+    timing.0 = time_by_clock.0 && !scene.count_work;
     scene.carvers.clear();
     scene.carvers.extend(carvers.iter().filter_map(|(order, entity, clip_mesh, camera, transform)| {
         Some(ExtractedCarver {

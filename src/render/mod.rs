@@ -1,10 +1,12 @@
 //! The passes, in the render world. This file only wires them up:
 //!
-//! main world → `extract` → `carvers`, `volumes` (what stays on the device) → `plan` (what this frame needs) →
-//! `encode` (the passes, in order).
+//! main world → `extract` → `windows` (who sees what) → `carvers`, `volumes` (what stays on the device) → `plan` (what
+//! this frame needs) → `encode` (the passes, in order).
 //!
 //! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V; `rays`
 //! is the paper's). `views` is what passes share with drawing (VI, `material`), `gpu` what passes are made of.
+//! Each imports only from those before it in this order: `gpu`, `extract`, `windows`, `carvers`, `volumes`, `clipping`,
+//! `views`, `methods`, `plan`, `encode`.
 
 #[cfg(test)]
 mod agreement;
@@ -12,44 +14,51 @@ mod carvers;
 mod clipping;
 mod encode;
 mod extract;
-mod frame;
 mod gpu;
-mod method_pipelines;
-mod methods;
-mod passes;
+pub(crate) mod methods;
 mod plan;
 mod views;
 pub(crate) mod volumes;
+mod windows;
 
 use bevy::{
     core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
         ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
-        extract_resource::ExtractResourcePlugin,
         init_gpu_resource,
         render_resource::SpecializedRenderPipelines,
         renderer::{RenderGraph, RenderGraphSystems},
     },
 };
 
-use crate::diagnostics::{ReportChannel, SweepDistancesAlone};
+use crate::diagnostics::ReportChannel;
+use methods::{
+    pipelines::{self, AllAreThere, AskForPipelines, ViewPipelines},
+    registry::{self, VoxelMethods},
+};
 
 pub(crate) use carvers::clip_maps::ClipMaps;
+pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
-pub(crate) use method_pipelines::{CompilesInBackground, MethodPipelines};
-pub(crate) use methods::fit_occlusion::fit_occlusion;
-pub(crate) use methods::sweeping::draws_isosurface;
-pub(crate) use volumes::occlusion_texels::OcclusionTexels;
-pub use volumes::volume_store::{VolumeStore, VolumeTexture, VoxelMask};
+pub use gpu::{
+    compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
+    device::Gpu,
+    frame::Frame,
+};
+pub(crate) use methods::pipelines::{CompilesInBackground, MethodPipelines};
+pub use methods::{
+    registry::VoxelMethodPlugin,
+    voxel_method::{KeptVolume, VolumeFrame, VoxelMethod, factor_format, volume_layout},
+};
+pub use volumes::{
+    kept::MethodResources,
+    store::{VolumeStore, VolumeTexture, VoxelMask},
+};
 
 /// Where, in the render world, what stays on the device is made: whatever binds it comes after.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct VolumeResourceSystems;
-
-/// Stands in both worlds where the device has what the passes need.
-#[derive(Resource)]
-pub(crate) struct DeviceSupport;
 
 /// Adds the passes to the render world.
 pub(crate) struct OcclusionRenderPlugin;
@@ -60,12 +69,6 @@ impl Plugin for OcclusionRenderPlugin {
         carvers::add_shaders(app);
         clipping::add_shaders(app);
         views::add_shaders(app);
-        methods::add_shaders(app);
-        app.add_plugins((
-            ExtractResourcePlugin::<SweepDistancesAlone>::default(),
-            methods::screen_space::ScreenSpacePlugin,
-            methods::direct::DirectOcclusionPlugin,
-        ));
         let report = app.world().resource::<ReportChannel>().clone();
         let pipelines = MethodPipelines::default();
         let in_background = CompilesInBackground::of(app);
@@ -76,10 +79,16 @@ impl Plugin for OcclusionRenderPlugin {
         render_app
             .insert_resource(report)
             .insert_resource(pipelines)
+            .init_schedule(AskForPipelines)
+            .init_resource::<ViewPipelines>()
+            .init_resource::<AllAreThere>()
             .init_resource::<extract::ExtractedScene>()
+            .init_resource::<gpu::frame::TimesByClock>()
             .init_gpu_resource::<ClipMaps>()
             .init_gpu_resource::<VolumeStore>()
-            .init_gpu_resource::<plan::FramePlan>()
+            .init_resource::<windows::VolumeWindows>()
+            .init_gpu_resource::<carvers::plan::CarverPlan>()
+            .init_gpu_resource::<plan::VolumePlan>()
             .init_gpu_resource::<SpecializedRenderPipelines<carvers::clip_draw::ClipDrawPipeline>>()
             .init_gpu_resource::<Formats>()
             .add_systems(
@@ -93,23 +102,32 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<clipping::cull::CullPass>,
                     init_gpu_resource::<clipping::clip::ClipPasses>,
                     init_gpu_resource::<clipping::distances::DistancePasses>,
-                    init_gpu_resource::<methods::filtering::FilteringPasses>,
-                    init_gpu_resource::<methods::rays::mark::MarkPass>,
-                    init_gpu_resource::<methods::rays::ray_cast::RayCastPasses>,
-                    init_gpu_resource::<methods::sweeping::SweepPasses>,
+                    init_gpu_resource::<VoxelMethods>,
                 )
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(RenderStartup, gpu::device_loss::forget_lost_bind_groups)
             .add_systems(ExtractSchedule, extract::extract_scene)
+            .add_systems(AskForPipelines, pipelines::ask)
             .add_systems(
                 Render,
                 (
-                    volumes::volume_store::prepare_resources
+                    (
+                        carvers::clip_maps::keep_clip_maps,
+                        volumes::store::keep_volumes,
+                        registry::keep_for_methods,
+                    )
+                        .chain()
                         .in_set(RenderSystems::PrepareAssets)
                         .in_set(VolumeResourceSystems),
-                    (method_pipelines::find_ready, plan::plan_views, plan::plan_carvers, plan::plan_volumes)
+                    (
+                        registry::begin_methods,
+                        pipelines::find_ready,
+                        windows::find_windows,
+                        carvers::plan::plan_carvers,
+                        plan::plan_volumes,
+                    )
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                 )
@@ -123,5 +141,6 @@ impl Plugin for OcclusionRenderPlugin {
                 )
                     .run_if(resource_exists::<DeviceSupport>),
             );
+        app.add_plugins(methods::MethodPlugins);
     }
 }

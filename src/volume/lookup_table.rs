@@ -2,15 +2,11 @@
 
 use bevy::{
     color::{ColorToComponents, Srgba},
-    platform::collections::HashSet,
     prelude::*,
 };
 use std::sync::Arc;
 
-use super::{
-    OcclusionProgress, TransferFunction, Volume, VolumeGeometry, VolumeLoaded, VolumeTransferFunction,
-    fit::ShownVolume,
-};
+use super::{TransferFunction, Volume, VolumeGeometry};
 
 /// The transfer function of a [`Volume3d`](super::Volume3d) over the volume's range of intensities,
 /// inserted and kept up to date by the plugin.
@@ -28,7 +24,7 @@ pub struct LookupTable {
     /// The volume's grid.
     pub geometry: VolumeGeometry,
     /// The transfer function that this was made of.
-    function: AssetId<TransferFunction>,
+    pub(super) function: AssetId<TransferFunction>,
     /// Counts changes.
     pub revision: u32,
     /// Counts changes of the volume's data.
@@ -69,63 +65,5 @@ impl LookupTable {
             revision: 0,
             volume_revision: 0,
         }
-    }
-}
-
-/// Bakes the table of every volume whose data or transfer function changed, and takes it from those that can no
-/// longer be shown. A table stays until the volume and the transfer function of the next one are there.
-pub(super) fn bake_lookup_tables(
-    mut commands: Commands,
-    mut function_events: MessageReader<AssetEvent<TransferFunction>>,
-    volumes: Res<Assets<Volume>>,
-    functions: Res<Assets<TransferFunction>>,
-    entities: Query<(Entity, &ShownVolume, &VolumeTransferFunction, Option<&LookupTable>)>,
-    orphans: Query<Entity, (With<LookupTable>, Without<ShownVolume>)>,
-) {
-    let changed_functions: HashSet<_> = function_events.read().filter_map(changed).collect();
-    for (entity, shown, function, table) in &entities {
-        let Some(handle) = &shown.volume else {
-            if table.is_some() {
-                commands.entity(entity).try_remove::<LookupTable>().try_insert(OcclusionProgress(0.0));
-            }
-            continue;
-        };
-        let id = function.id();
-        let shows_volume = table.is_some_and(|table| table.volume_revision == shown.revision);
-        let is_current = table.is_some_and(|table| table.function == id) && !changed_functions.contains(&id);
-        if shows_volume && is_current {
-            continue;
-        }
-        let Some(volume) = volumes.get(handle) else {
-            continue;
-        };
-        let baked = if id == AssetId::default() {
-            LookupTable::bake(&TransferFunction::for_volume(volume), volume)
-        } else if let Some(function) = functions.get(id) {
-            LookupTable::bake(function, volume)
-        } else {
-            continue;
-        };
-        let baked = LookupTable {
-            function: id,
-            revision: table.map_or(0, |table| table.revision + 1),
-            volume_revision: shown.revision,
-            ..baked
-        };
-        commands.entity(entity).try_insert((baked, OcclusionProgress(0.0)));
-        if !shows_volume {
-            commands.trigger(VolumeLoaded { entity });
-        }
-    }
-    for entity in &orphans {
-        commands.entity(entity).try_remove::<LookupTable>();
-    }
-}
-
-/// The asset that an event changes, if it does. One that was added is missed by no table.
-fn changed<A: Asset>(event: &AssetEvent<A>) -> Option<AssetId<A>> {
-    match event {
-        AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
-        _ => None,
     }
 }

@@ -2,8 +2,8 @@
 //! a scene.
 
 mod asset;
+mod bake;
 mod budget;
-mod bundle;
 mod error;
 mod events;
 mod fit;
@@ -21,14 +21,13 @@ mod slicer;
 mod transfer_function;
 mod transfer_function_error;
 mod transfer_function_files;
+mod volume3d;
 
 use bevy::{asset::AssetEventSystems, prelude::*};
 
 pub use asset::{Intensities, Rescale, Volume};
 pub(crate) use budget::{BytesTaken, StoredBytes};
 pub use budget::{SizeLimit, TooLarge, VolumeBudget};
-pub(crate) use bundle::VolumeBox;
-pub use bundle::{OcclusionProgress, Volume3d, VolumeBundle, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 pub use error::{VolumeError, VolumeFileError};
 pub use events::{VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded};
 pub use geometry::VolumeGeometry;
@@ -39,6 +38,8 @@ pub use presets::Preset;
 pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
 pub use transfer_function::{ControlPoint, GradientPoint, TransferFunction};
 pub use transfer_function_error::TransferFunctionError;
+pub(crate) use volume3d::VolumeBox;
+pub use volume3d::{OcclusionProgress, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 
 /// Where the volume plugin's systems run, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -69,7 +70,7 @@ impl Plugin for VolumePlugin {
                 // Before asset events go out, so that what is made of a table reaches the renderer
                 // in the same frame as the table.
                 (
-                    (fit::fit_volumes, lookup_table::bake_lookup_tables.in_set(VolumeSystems::Bake)).chain(),
+                    (fit::fit_volumes, bake::bake_lookup_tables.in_set(VolumeSystems::Bake)).chain(),
                     events::report_unreadable,
                 )
                     .before(AssetEventSystems),

@@ -9,7 +9,7 @@ use bevy::{
     math::DVec3,
     prelude::*,
 };
-use bevy_contextual_ao::{diagnostics::SPAN_DIRECT, occlusion::DirectOcclusion, prelude::*};
+use bevy_contextual_ao::prelude::*;
 
 use crate::headless::different_pixels as different;
 use crate::scene::{
@@ -183,14 +183,14 @@ fn a_carver_is_seen_at_once_and_leaves_no_trace() {
 #[test]
 fn other_modes_and_methods_are_drawn_as_ever() {
     let (mut scene, direct) = shown(coarse());
-    let jobs = scene.status().passes.jobs(SPAN_DIRECT);
+    let jobs = scene.status().passes.jobs(DirectOcclusion::SPAN);
     assert!(jobs > 0, "the pass ran");
     scene.set_mode(ShadingMode::Solid);
     scene.headless.frames(2);
     let solid = scene.headless.image();
-    let jobs = scene.status().passes.jobs(SPAN_DIRECT);
+    let jobs = scene.status().passes.jobs(DirectOcclusion::SPAN);
     scene.headless.frames(2);
-    assert_eq!(scene.status().passes.jobs(SPAN_DIRECT), jobs, "nobody needs the pass");
+    assert_eq!(scene.status().passes.jobs(DirectOcclusion::SPAN), jobs, "nobody needs the pass");
     assert!(different(&solid, &direct) > 500);
     // Occlusion only darkens, and the silhouette stays: but for the outermost pixels, where a ray may pass
     // between slices.

@@ -159,7 +159,7 @@ fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
     assert!(u64::from(4 * size.element_product()) > most_bytes);
     let limits = WgpuLimits { max_storage_buffer_binding_size: most_bytes, ..WgpuLimits::default() };
     let image = |occlusion: AmbientOcclusion, mode| {
-        let method = occlusion.method;
+        let method = occlusion.method.clone();
         let volume = folded_volume(size, DVec3::ONE);
         let headless = Headless::with_settings(IMAGE, device::limited(limits.clone()), |_| {});
         let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), occlusion, mode);

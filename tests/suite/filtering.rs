@@ -3,7 +3,6 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    diagnostics::SPAN_FILTER,
     occlusion::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityModulation},
     prelude::*,
     render::VolumeTexture,
@@ -318,12 +317,12 @@ fn filtering_follows_changes_and_rests() {
     let carver = scene.carve(Sphere::new(5.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 3.0));
     scene.settle();
     scene.headless.frame();
-    let jobs = scene.status().passes.jobs(SPAN_FILTER);
+    let jobs = scene.status().passes.jobs(OcclusionFiltering::SPAN);
     scene.move_carver(carver, Transform::from_xyz(2.0, 3.0, 4.0));
     scene.headless.frame();
     let carved = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
     scene.headless.frames(2);
-    assert_eq!(scene.status().passes.jobs(SPAN_FILTER), jobs + 1);
+    assert_eq!(scene.status().passes.jobs(OcclusionFiltering::SPAN), jobs + 1);
     assert!(carved != narrow, "is the same");
     scene.set_mode(ShadingMode::Lao);
     scene.headless.frame();

@@ -5,7 +5,6 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
-    diagnostics::SPAN_SWEEP,
     occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
@@ -291,7 +290,7 @@ fn an_edit_of_the_transfer_function_sweeps_nothing() {
     carve(&mut scene);
     scene.settle();
     scene.headless.frames(2);
-    let (image, swept) = (scene.headless.image(), scene.status().passes.jobs(SPAN_SWEEP));
+    let (image, swept) = (scene.headless.image(), scene.status().passes.jobs(OcclusionSweeping::SPAN));
     assert!(swept > 0);
     let blue = TransferFunction::ramp(90.0, 150.0, 0.5, [0.2, 0.4, 0.9]).expect("a valid ramp");
     let blue = scene.world().resource_mut::<Assets<_>>().add(blue);
@@ -299,17 +298,17 @@ fn an_edit_of_the_transfer_function_sweeps_nothing() {
     scene.world().entity_mut(volume).insert(VolumeTransferFunction(blue));
     scene.headless.frames(4);
     assert!(scene.headless.image() != image);
-    assert_eq!(scene.status().passes.jobs(SPAN_SWEEP), swept);
+    assert_eq!(scene.status().passes.jobs(OcclusionSweeping::SPAN), swept);
     // Opacities do depend on it.
     let sweeping = OcclusionMethod::Sweeping(default());
     set_occlusion(&mut scene, AmbientOcclusion { method: sweeping, ..default() });
     scene.settle();
     scene.headless.frames(2);
-    let swept = scene.status().passes.jobs(SPAN_SWEEP);
+    let swept = scene.status().passes.jobs(OcclusionSweeping::SPAN);
     let opaque = scene.world().resource_mut::<Assets<_>>().add(opaque_ramp());
     scene.world().entity_mut(volume).insert(VolumeTransferFunction(opaque));
     scene.headless.frames(4);
-    assert!(scene.status().passes.jobs(SPAN_SWEEP) > swept);
+    assert!(scene.status().passes.jobs(OcclusionSweeping::SPAN) > swept);
 }
 
 #[test]

@@ -31,6 +31,7 @@ mod independence;
 mod integral;
 mod isosurface;
 mod languages;
+mod layers;
 mod length_units;
 mod lifecycle;
 mod many_carvers;

@@ -9,10 +9,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
-    diagnostics::{SPAN_SCREEN_SPACE, TimePassesByClock},
-    occlusion::ScreenSpaceOcclusion,
-    prelude::*,
-    volume::VolumeGeometry,
+    diagnostics::TimePassesByClock, occlusion::ScreenSpaceOcclusion, prelude::*, volume::VolumeGeometry,
 };
 
 use crate::scene::{IMAGE, TestScene, in_world_units, solid_volume, volume_from};
@@ -218,7 +215,7 @@ fn nothing_is_done_where_it_is_off() {
     let mut scene = scene(volume_of(&[SLAB, STEP]), SETTINGS);
     scene.settle();
     let volume = scene.volume;
-    let runs = |scene: &TestScene| scene.status().passes.jobs(SPAN_SCREEN_SPACE);
+    let runs = |scene: &TestScene| scene.status().passes.jobs(ScreenSpaceOcclusion::SPAN);
     let frames = |scene: &mut TestScene| {
         scene.headless.frames(2);
         let before = runs(scene);
@@ -269,7 +266,7 @@ fn nothing_is_done_where_it_is_off() {
         scene.world().insert_resource(TimePassesByClock(by_clock));
         let (image, ran) = frames(&mut scene);
         assert!(image == shaded && ran == 3, "timed by the clock: {by_clock}, {ran} runs");
-        let ms = scene.status().passes.clock_ms(SPAN_SCREEN_SPACE);
+        let ms = scene.status().passes.clock_ms(ScreenSpaceOcclusion::SPAN);
         assert_eq!(ms.is_some(), by_clock);
     }
     scene.world().despawn(volume);

@@ -16,16 +16,16 @@ macro_rules! sources {
 }
 
 /// In an order in which each is behind what it imports.
-const LIBRARIES: [(&str, &str); 20] = sources![
-    "volumes/volume_bindings.wgsl",
+const LIBRARIES: [(&str, &str); 22] = sources![
+    "volumes/bindings.wgsl",
     "volumes/bricks.wgsl",
     "volumes/brick_bindings.wgsl",
     "volumes/voxel_masks.wgsl",
     "volumes/work_list.wgsl",
     "volumes/listed.wgsl",
     "clipping/clip_test.wgsl",
-    "volumes/occlusion_pass.wgsl",
-    "volumes/changes.wgsl",
+    "volumes/clip_pass.wgsl",
+    "clipping/changes.wgsl",
     "clipping/coverage.wgsl",
     "clipping/emptiness.wgsl",
     "views/view_ray.wgsl",
@@ -37,6 +37,8 @@ const LIBRARIES: [(&str, &str); 20] = sources![
     "methods/screen_space/bindings.wgsl",
     "methods/sweeping/sweeping.wgsl",
     "views/shading.wgsl",
+    "methods/sweeping/octants.wgsl",
+    "methods/sweeping/surface_ray.wgsl",
 ];
 
 const ENTRIES: [(&str, &str); 24] = sources![
@@ -50,7 +52,7 @@ const ENTRIES: [(&str, &str); 24] = sources![
     "clipping/expire.wgsl",
     "clipping/distances.wgsl",
     "methods/rays/mark.wgsl",
-    "methods/rays/ray_cast.wgsl",
+    "methods/rays/cast.wgsl",
     "methods/filtering/densities.wgsl",
     "methods/filtering/means.wgsl",
     "methods/filtering/extrema.wgsl",
@@ -80,7 +82,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "clipping/distances.wgsl" => &["OCCUPY"],
         "methods/sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],
         "methods/sweeping/collect.wgsl" => &["OCTANTS", "STORE_R8"],
-        "methods/rays/ray_cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
+        "methods/rays/cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
         "methods/filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
         "methods/filtering/extrema.wgsl" => &["OF_DENSITIES"],
         "methods/filtering/estimate.wgsl" => &["STORE_R8", "MODULATED", "SHARES"],

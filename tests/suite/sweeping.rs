@@ -2,7 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    diagnostics::{RenderStatus, SPAN_SWEEP},
+    diagnostics::RenderStatus,
     occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
     prelude::*,
     render::VolumeTexture,
@@ -303,7 +303,7 @@ fn methods_on_the_way_leave_no_trace_and_nothing_is_swept_at_rest() {
         let (mut scene, ..) = Case { sweeping: sweeping(geometry_term), ..default() }.run();
         let image = scene.headless.image();
         assert!(!is_empty(&image));
-        let jobs = |scene: &TestScene| scene.status().passes.jobs(SPAN_SWEEP);
+        let jobs = |scene: &TestScene| scene.status().passes.jobs(OcclusionSweeping::SPAN);
         scene.headless.frames(2);
         let before: RenderStatus = scene.status();
         assert!(jobs(&scene) > 0);

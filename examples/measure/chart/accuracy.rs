@@ -150,7 +150,7 @@ impl Accuracy {
                 }
             }
             Own::Better(method) => {
-                let better = AmbientOcclusion { method: *method, ..setting.occlusion.clone() };
+                let better = AmbientOcclusion { method: method.clone(), ..setting.occlusion.clone() };
                 errors.own_definition = "most samples".to_owned();
                 errors.own_image = image_error(&found[..1], [self.better_shot(stage, &better)?]);
             }
@@ -210,7 +210,7 @@ impl Shot {
         let (headless, volume) = (&stage.headless, stage.scene.volume);
         let AmbientOcclusion { method, resolution, .. } = stage.occlusion();
         let image = headless.image();
-        if !method.is_of_voxels() {
+        if !method.kind().is_of_voxels() {
             return Self { occlusion: Vec::new(), image };
         }
         let texels = headless.voxels(volume, VolumeTexture::Occlusion);

@@ -228,12 +228,12 @@ impl Setting {
     /// Whether a factor is kept for each voxel that can be read back: not those of views, and not those of
     /// octants that drawing puts together.
     pub fn has_voxels(&self) -> bool {
-        let method = self.occlusion.method;
-        let of_octants = |method| {
+        let method = &self.occlusion.method;
+        let of_octants = |method: &OcclusionMethod| {
             matches!(method, OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, .. })
-                if geometry_term != GeometryTerm::None)
+                if *geometry_term != GeometryTerm::None)
         };
-        method.is_of_voxels() && !of_octants(method) && self.mode.uses_occlusion()
+        method.kind().is_of_voxels() && !of_octants(method) && self.mode.uses_occlusion()
     }
 
     /// Frames after a change until nothing more is computed.

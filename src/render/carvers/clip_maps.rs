@@ -53,7 +53,7 @@ impl Slot {
 
 impl ClipMaps {
     /// Makes room for the carvers of the scene, and frees what the others had.
-    pub fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice, queue: &RenderQueue) {
+    fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice, queue: &RenderQueue) {
         let alive = scene.carver_entities();
         self.slots.retain(|entity, _| alive.contains(entity));
         for entity in alive {
@@ -175,6 +175,16 @@ fn first_gap(mut taken: Vec<LayerRange>, count: u32, capacity: u32) -> Option<La
         first = first.max(range.first + range.count);
     }
     (first + count <= capacity).then_some(LayerRange { first, count })
+}
+
+/// Allocates and frees, before materials bind what there is.
+pub(crate) fn keep_clip_maps(
+    scene: Res<ExtractedScene>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut clip_maps: ResMut<ClipMaps>,
+) {
+    clip_maps.update(&scene, &device, &queue);
 }
 
 #[cfg(test)]

@@ -7,7 +7,9 @@ pub(super) mod clip_maps;
 pub(super) mod clip_textures;
 pub(super) mod count_surfaces;
 pub(super) mod dilate;
+pub(super) mod passes;
 pub(super) mod peel;
+pub(super) mod plan;
 pub(super) mod surface_count;
 
 use bevy::{asset::embedded_asset, prelude::*};

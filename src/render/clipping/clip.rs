@@ -21,8 +21,8 @@ use crate::render::{
         formats::Formats,
     },
     volumes::{
-        brick_resources::work_layout, carver_uniform::CarverUniform, pass_uniforms::OcclusionPassUniform,
-        volume_bindings, volume_store::VolumeResources,
+        bricks::work_layout, carver_uniform::CarverUniform, clip_pass::ClipPassUniform, layouts,
+        store::VolumeResources,
     },
 };
 
@@ -42,7 +42,7 @@ impl FromWorld for ClipPasses {
             (
                 read,
                 read,
-                uniform_buffer::<OcclusionPassUniform>(false),
+                uniform_buffer::<ClipPassUniform>(false),
                 storage_buffer_read_only::<Vec<CarverUniform>>(false),
                 read,
                 texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
@@ -52,7 +52,7 @@ impl FromWorld for ClipPasses {
             let descriptor = PassDescriptor {
                 name,
                 shader,
-                before: vec![volume_bindings::bricks_layout()],
+                before: vec![layouts::bricks_layout()],
                 own: &own,
                 behind: vec![work_layout()],
                 zeroes_memory: true,

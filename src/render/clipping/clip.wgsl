@@ -14,7 +14,7 @@
     coverage::{clip_voxel, local_position},
     emptiness::{is_brick_transparent, is_range_transparent},
     listed::{NOTHING, listed_item},
-    occlusion_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, occlusion_pass},
+    clip_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, clip_pass},
     volume_bindings::{classify_intensity, correct_opacity, intensities, volume},
     voxel_masks::voxel_masks,
     work_list::{FRONT, append},
@@ -84,9 +84,9 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     }
     // Of 2x2x2 voxels others may be shown where this one is not.
     if stride > 1u {
-        return occlusion_pass.queue != QUEUE_NONE;
+        return clip_pass.queue != QUEUE_NONE;
     }
-    switch occlusion_pass.queue {
+    switch clip_pass.queue {
         case QUEUE_NONE: { return false; }
         case QUEUE_ALL: { return true; }
         case QUEUE_SAMPLEABLE: { return !is_removed && is_sampleable(voxel); }

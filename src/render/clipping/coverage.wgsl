@@ -11,7 +11,7 @@
 
 #import bevy_contextual_ao::{
     clip_test::{is_in_dilation, is_in_unit_square, is_visible, to_clip_map},
-    occlusion_pass::{COVERAGE_CENTER, COVERAGE_LINES, occlusion_pass},
+    clip_pass::{COVERAGE_CENTER, COVERAGE_LINES, clip_pass},
     volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, volume},
 }
 
@@ -56,7 +56,7 @@ fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
             let is_removed = select(!is_in.x, is_in.y, subtracts);
             is_affected |= affects;
             clipping.is_removed |= is_removed;
-            if needs_coverage && occlusion_pass.coverage == COVERAGE_LINES && affects && !is_removed {
+            if needs_coverage && clip_pass.coverage == COVERAGE_LINES && affects && !is_removed {
                 let inside = inside_share(carvers[i], p);
                 let visible = select(inside, 1.0 - inside, subtracts);
                 cuts += u32(visible > 0.0 && visible < 1.0);
@@ -66,9 +66,9 @@ fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     }
     if clipping.is_removed {
         clipping.coverage = 0.0;
-    } else if occlusion_pass.coverage == COVERAGE_CENTER {
+    } else if clip_pass.coverage == COVERAGE_CENTER {
         clipping.coverage = f32(is_visible(center_mm, near));
-    } else if needs_coverage && is_affected && (occlusion_pass.coverage != COVERAGE_LINES || cuts > 1u) {
+    } else if needs_coverage && is_affected && (clip_pass.coverage != COVERAGE_LINES || cuts > 1u) {
         // What two carvers remove together does not follow from what each of them does.
         clipping.coverage = visible_share(voxel, near);
     }

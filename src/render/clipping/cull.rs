@@ -17,11 +17,11 @@ use bevy::{
 use crate::render::{
     gpu::compute_pass::{ComputePass, PassDescriptor},
     volumes::{
-        brick_resources::{BRICK_FORMAT, work_layout},
+        bricks::{BRICK_FORMAT, work_layout},
         carver_uniform::CarverUniform,
-        pass_uniforms::OcclusionPassUniform,
-        volume_bindings,
-        volume_store::VolumeResources,
+        clip_pass::ClipPassUniform,
+        layouts,
+        store::VolumeResources,
     },
 };
 
@@ -37,7 +37,7 @@ impl FromWorld for CullPass {
             (
                 read,
                 read,
-                uniform_buffer::<OcclusionPassUniform>(false),
+                uniform_buffer::<ClipPassUniform>(false),
                 storage_buffer_read_only::<Vec<CarverUniform>>(false),
                 texture_storage_3d(BRICK_FORMAT, StorageTextureAccess::WriteOnly),
             ),
@@ -45,7 +45,7 @@ impl FromWorld for CullPass {
         let descriptor = PassDescriptor {
             name: "contextual_ao_cull",
             shader: load_embedded_asset!(world, "cull.wgsl"),
-            before: vec![volume_bindings::compute_layout()],
+            before: vec![layouts::compute_layout()],
             own: &own,
             behind: vec![work_layout()],
             ..default()

@@ -8,7 +8,7 @@
     changes::changes,
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
-    occlusion_pass::{QUEUE_NONE, occlusion_pass},
+    clip_pass::{QUEUE_NONE, clip_pass},
     volume_bindings::{MAX_CARVERS, OPERATION_NONE, carvers, volume},
     work_list::{BACK, FRONT, append},
 }
@@ -29,9 +29,9 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     textureStore(near_carvers, brick_at(index), vec4(near, 0u, 0u, 0u));
 
-    var is_listed = occlusion_pass.lists_all != 0u;
+    var is_listed = clip_pass.lists_all != 0u;
     // Which voxels are wanted goes by what is hidden.
-    var clips = is_listed || occlusion_pass.queue != QUEUE_NONE;
+    var clips = is_listed || clip_pass.queue != QUEUE_NONE;
     if !is_listed && is_brick_transparent(index) {
         return;
     }
@@ -44,10 +44,10 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var is_affected = false;
     // By what was, and by what is.
     var is_hidden = vec2(false);
-    for (var k = 0u; k < occlusion_pass.changes; k += 1u) {
+    for (var k = 0u; k < clip_pass.changes; k += 1u) {
         let clipping = clip_box(changes[k], center_mm, half_mm);
         is_affected |= clipping.affects_some;
-        let is_past = k < occlusion_pass.past_changes;
+        let is_past = k < clip_pass.past_changes;
         is_hidden |= vec2(clipping.removes_all) & vec2(is_past, !is_past);
         clips |= is_near(changes[k], center_mm, clips_mm);
     }

@@ -1,5 +1,5 @@
 // How dense a voxel is after clipping, for the methods that compute the occlusion of all voxels: they bind
-// the opacities first, and what the passes over a volume read as `occlusion_pass` does.
+// the opacities first, and what the passes over a volume read as `clip_pass` does.
 
 #define_import_path bevy_contextual_ao::density
 

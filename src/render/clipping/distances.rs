@@ -16,7 +16,7 @@ use bevy::{
 
 use crate::render::{
     gpu::compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
-    volumes::{brick_resources::BRICK_FORMAT, volume_bindings, volume_store::VolumeResources},
+    volumes::{bricks::BRICK_FORMAT, layouts, store::VolumeResources},
 };
 
 /// What is occupied, then a sweep along each axis; each visits all bricks.
@@ -43,7 +43,7 @@ impl FromWorld for DistancePasses {
                 name: "contextual_ao_distances",
                 shader: shader.clone(),
                 shader_defs: vec![shader_def],
-                before: vec![volume_bindings::compute_layout()],
+                before: vec![layouts::compute_layout()],
                 own,
                 ..default()
             };

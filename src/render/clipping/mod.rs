@@ -1,14 +1,19 @@
 //! Step IV of the CAO paper: which voxels carvers touch, what they leave of them, and where nothing is left.
 
+pub(super) mod changes;
 pub(super) mod clip;
 pub(super) mod cull;
 pub(super) mod distances;
+pub(super) mod job;
+pub(super) mod passes;
 pub(super) mod ranges;
+pub(super) mod step;
 
 use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
 /// Makes the shaders known.
 pub(super) fn add_shaders(app: &mut App) {
+    load_shader_library!(app, "changes.wgsl");
     load_shader_library!(app, "emptiness.wgsl");
     load_shader_library!(app, "clip_test.wgsl");
     load_shader_library!(app, "coverage.wgsl");

@@ -14,7 +14,7 @@ use bevy::{
 
 use crate::render::{
     gpu::compute_pass::{ComputePass, PassDescriptor},
-    volumes::{volume_bindings, volume_store::VolumeResources},
+    volumes::{layouts, store::VolumeResources},
 };
 
 /// Visits all bricks.
@@ -27,7 +27,7 @@ impl FromWorld for RangesPass {
         let descriptor = PassDescriptor {
             name: "contextual_ao_ranges",
             shader: load_embedded_asset!(world, "ranges.wgsl"),
-            before: vec![volume_bindings::compute_layout()],
+            before: vec![layouts::compute_layout()],
             own: &own,
             ..default()
         };

@@ -31,7 +31,7 @@ pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
 }
 
 /// One compute pass, and the layout of the bind group that is its own.
-pub(crate) struct ComputePass {
+pub struct ComputePass {
     name: &'static str,
     layout: BindGroupLayoutDescriptor,
     descriptor: ComputePipelineDescriptor,
@@ -41,9 +41,10 @@ pub(crate) struct ComputePass {
 
 /// What a compute pass is made of.
 #[derive(Default)]
-pub(crate) struct PassDescriptor<'a> {
+pub struct PassDescriptor<'a> {
     /// Label of all that belongs to it.
     pub name: &'static str,
+    /// Its shader.
     pub shader: Handle<Shader>,
     /// The only one where it is not named.
     pub entry_point: Option<&'static str>,
@@ -60,6 +61,7 @@ pub(crate) struct PassDescriptor<'a> {
 }
 
 impl ComputePass {
+    /// Describes it; nothing is compiled yet.
     pub fn new(world: &World, descriptor: PassDescriptor) -> Self {
         let layout = BindGroupLayoutDescriptor::new(descriptor.name, descriptor.own);
         let mut layouts = descriptor.before;
@@ -193,7 +195,7 @@ pub(crate) fn are_ready<'p>(
 
 /// How many workgroups a pass gets.
 #[derive(Clone, Copy)]
-pub(crate) enum Groups<'a> {
+pub enum Groups<'a> {
     /// Columns and rows of them.
     Square(u32),
     /// One invocation for each pixel, 8x8 to a workgroup.
@@ -208,8 +210,10 @@ pub(crate) enum Groups<'a> {
 
 /// One end of a list, as `FRONT` and `BACK` in WGSL.
 #[derive(Clone, Copy)]
-pub(crate) enum ListEnd {
+pub enum ListEnd {
+    /// What comes first.
     Front,
+    /// What is appended from the end.
     Back,
 }
 

@@ -1,7 +1,10 @@
-//! What passes are made of: formats that the device has, textures, compute passes, variants of render pipelines.
+//! What passes are made of: formats that the device has, textures, compute passes, variants of render pipelines; and
+//! how they are encoded, timed and counted.
 
 pub(super) mod compute_pass;
+pub(super) mod device;
 pub(super) mod device_loss;
 pub(super) mod formats;
+pub(super) mod frame;
 pub(super) mod render_pipelines;
 pub(super) mod textures;

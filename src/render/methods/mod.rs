@@ -1,18 +1,40 @@
-//! Step V of the CAO paper: the occlusion, by rays as the paper has it, or by another method.
+//! Step V of the CAO paper: the occlusion, by rays as the paper has it, or by another method. A folder has all that is
+//! a method's but its settings, which are in `occlusion`; nobody else names it.
+//!
+//! There are two kinds. Methods of voxels implement `VoxelMethod`, and the core runs them. Methods of views add their
+//! passes to the schedule of a view.
 
-pub(super) mod direct;
-pub(super) mod filtering;
-pub(super) mod fit_occlusion;
-pub(super) mod method_bytes;
-pub(super) mod rays;
-pub(super) mod screen_space;
-pub(super) mod sweeping;
+mod direct;
+mod filtering;
+pub(super) mod pipelines;
+mod rays;
+pub(super) mod registry;
+mod screen_space;
+mod sweeping;
+pub(super) mod voxel_method;
 
 use bevy::prelude::*;
 
-/// Makes the shaders known.
-pub(super) fn add_shaders(app: &mut App) {
-    rays::add_shaders(app);
-    filtering::add_shaders(app);
-    sweeping::add_shaders(app);
+/// All methods of this crate. A new one adds a line.
+pub(super) struct MethodPlugins;
+
+impl Plugin for MethodPlugins {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            rays::RaysPlugin,
+            sweeping::SweepingPlugin,
+            filtering::FilteringPlugin,
+            screen_space::ScreenSpacePlugin,
+            direct::DirectOcclusionPlugin,
+        ));
+    }
 }
+
+#[cfg(test)]
+pub(super) use {
+    direct::SlicingData,
+    filtering::FilteringData,
+    rays::kept::RayPassUniform,
+    screen_space::uniform::ScreenSpaceUniform,
+    sweeping::{SIDE, SweepPlane, resources::SweepingUniform},
+};

@@ -5,7 +5,7 @@ use std::io::Read;
 
 use super::decode::Members;
 use super::header::{ByteSkip, Components, Encoding, GridHeader, ScalarType, checked_dimensions};
-use super::nifti_fields::Fields;
+use super::nifti_fields::{Fields, VERSION_1_BYTES};
 use super::nifti_geometry::grid_to_patient;
 use super::{VolumeReadSettings, nifti2};
 use crate::volume::{asset::Rescale, error::VolumeError};
@@ -17,7 +17,7 @@ use crate::volume::{asset::Rescale, error::VolumeError};
 /// Where the header is cut off, not NIfTI or senseless, or the image is not three-dimensional, is not of one number
 /// per voxel, or holds several volumes of which the settings choose none.
 pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridHeader, VolumeError> {
-    let fields = Fields::read(&header_bytes(bytes)?)?;
+    let fields = fields(&header_bytes(bytes)?)?;
     let scalar = scalar_type(&fields)?;
     let (sizes, count) = sizes(&fields)?;
     let vectors = vectors(fields.intent_code).filter(|_| count > 1);
@@ -55,6 +55,21 @@ fn header_bytes(bytes: &[u8]) -> Result<Cow<'_, [u8]>, VolumeError> {
         }
         _ => Ok(Cow::Owned(start)),
     }
+}
+
+/// The fields of a header's bytes, of whichever version they are.
+fn fields(bytes: &[u8]) -> Result<Fields, VolumeError> {
+    // Both versions begin with the header's own size.
+    let size = bytes.first_chunk().copied().unwrap_or_default();
+    let expected = match [i32::from_le_bytes(size), i32::from_be_bytes(size)] {
+        sizes if sizes.contains(&nifti2::HEADER_BYTES) => nifti2::HEADER_BYTES as u64,
+        _ => VERSION_1_BYTES,
+    };
+    let found = bytes.len() as u64;
+    if found < expected {
+        return Err(VolumeError::Truncated { expected_bytes: expected, found_bytes: found });
+    }
+    if expected == VERSION_1_BYTES { Fields::version_1(bytes) } else { nifti2::fields(bytes) }
 }
 
 /// The three sizes, and how many volumes of them the other axes make.

@@ -3,11 +3,10 @@
 use nifti::{Endianness, NiftiHeader};
 
 use super::header::DataLocation;
-use super::nifti2;
 use crate::volume::error::VolumeError;
 
 /// Bytes of a NIfTI-1 header.
-const VERSION_1_BYTES: u64 = 348;
+pub(super) const VERSION_1_BYTES: u64 = 348;
 
 /// The fields that matter here, as written.
 #[derive(Debug)]
@@ -35,24 +34,9 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// The fields of a header's bytes, of whichever version they are.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, VolumeError> {
-        // Both versions begin with the header's own size.
-        let size = bytes.first_chunk().copied().unwrap_or_default();
-        let expected = match [i32::from_le_bytes(size), i32::from_be_bytes(size)] {
-            sizes if sizes.contains(&nifti2::HEADER_BYTES) => nifti2::HEADER_BYTES as u64,
-            _ => VERSION_1_BYTES,
-        };
-        let found = bytes.len() as u64;
-        if found < expected {
-            return Err(VolumeError::Truncated { expected_bytes: expected, found_bytes: found });
-        }
-        if expected == VERSION_1_BYTES { Self::version_1(bytes) } else { nifti2::fields(bytes) }
-    }
-
     /// The crate takes the byte order from the number of dimensions; the header's own size, which it does not look
     /// at, must agree.
-    fn version_1(bytes: &[u8]) -> Result<Self, VolumeError> {
+    pub(super) fn version_1(bytes: &[u8]) -> Result<Self, VolumeError> {
         let header = NiftiHeader::from_reader(bytes).map_err(|_| not_nifti())?;
         if header.sizeof_hdr as u64 != VERSION_1_BYTES {
             return Err(not_nifti());

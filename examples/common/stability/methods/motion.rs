@@ -89,7 +89,7 @@ fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclus
         }
         OcclusionMethod::Filtering(filtering) => filtering.radius_mm = Some(reach_mm),
         OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = Some(reach_mm),
-        OcclusionMethod::Sweeping(_) | OcclusionMethod::Direct(_) => return None,
+        _ => return None,
     }
     Some(changed)
 }

@@ -26,7 +26,7 @@ use bevy::{
 };
 
 use super::buffers::Buffers;
-use crate::render::{gpu::render_pipelines::variants_are_ready, volumes::pass_uniforms::WindowUniform};
+use crate::render::{gpu::render_pipelines::variants_are_ready, windows::WindowUniform};
 
 /// Makes a pipeline for every kind of view.
 #[derive(Resource)]

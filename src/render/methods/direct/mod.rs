@@ -20,16 +20,20 @@ use bevy::{
     prelude::*,
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
-        render_resource::SpecializedRenderPipelines,
+        render_resource::{PipelineCache, SpecializedRenderPipelines},
     },
 };
 
-pub(crate) use composite::CompositePipelines;
-pub(crate) use slices::DirectPasses;
 #[cfg(test)]
 pub(in crate::render) use slicing::SlicingData;
 
-use crate::render::{DeviceSupport, frame::are_timed_by_clock, gpu::formats::Formats};
+use super::pipelines::{AskForPipelines, MethodPipelines, ViewPipelines, ask};
+use crate::{
+    occlusion::{DirectOcclusion, MethodSettings},
+    render::gpu::{device::DeviceSupport, formats::Formats, frame::are_timed_by_clock},
+};
+use composite::CompositePipelines;
+use slices::DirectPasses;
 
 /// Adds the passes to the render world.
 pub(in crate::render) struct DirectOcclusionPlugin;
@@ -45,6 +49,7 @@ impl Plugin for DirectOcclusionPlugin {
             .init_gpu_resource::<views::DirectViews>()
             .init_gpu_resource::<buffers::DirectBuffers>()
             .init_gpu_resource::<SpecializedRenderPipelines<composite::CompositePipeline>>()
+            .add_systems(AskForPipelines, ask_for_pipelines.before(ask))
             .add_systems(
                 RenderStartup,
                 (init_gpu_resource::<DirectPasses>, init_gpu_resource::<composite::CompositePipeline>)
@@ -68,5 +73,18 @@ impl Plugin for DirectOcclusionPlugin {
                     .before(main_transparent_pass_3d)
                     .run_if(resource_exists::<DeviceSupport>),
             );
+    }
+}
+
+fn ask_for_pipelines(
+    passes: Res<DirectPasses>,
+    mut composite: CompositePipelines,
+    cache: Res<PipelineCache>,
+    wanted: Res<MethodPipelines>,
+    mut pipelines: ResMut<ViewPipelines>,
+) {
+    let name = DirectOcclusion::default().name();
+    if wanted.wants(name) {
+        pipelines.tell(name, passes.is_ready(&cache) & composite.are_ready(&cache));
     }
 }

@@ -23,7 +23,8 @@ use super::{
 };
 use crate::render::{
     gpu::compute_pass::{ComputePass, PassDescriptor, are_ready},
-    volumes::{pass_uniforms::WindowUniform, volume_bindings},
+    volumes::layouts::lit_layout,
+    windows::WindowUniform,
 };
 
 /// The passes of views without and with several samples a pixel.
@@ -71,7 +72,7 @@ impl FromWorld for DirectPasses {
                 name: "contextual_ao_direct",
                 shader: shader.clone(),
                 shader_defs: is_multisampled.then(|| "MULTISAMPLED".into()).into_iter().collect(),
-                before: vec![volume_bindings::lit_layout()],
+                before: vec![lit_layout()],
                 own: &own,
                 behind: vec![number_layout.clone()],
                 ..default()

@@ -8,7 +8,7 @@ use bevy::{
 
 use crate::{
     occlusion::DirectOcclusion,
-    render::{extract::ExtractedVolume, volumes::pass_uniforms::WindowUniform},
+    render::{extract::ExtractedVolume, windows::WindowUniform},
     volume::VolumeGeometry,
 };
 

@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
-        renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        renderer::{FlushCommands, RenderContext, RenderQueue, ViewQuery},
         view::{ViewTarget, ViewUniformOffset},
     },
 };
@@ -18,18 +18,16 @@ use super::{
     slicing::Slicing,
 };
 use crate::{
-    diagnostics::{ReportChannel, SPAN_DIRECT},
+    diagnostics::ReportChannel,
+    occlusion::DirectOcclusion,
     render::{
-        carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures},
         extract::ExtractedScene,
-        frame::Frame,
-        gpu::formats::Formats,
-        plan::FramePlan,
-        volumes::{
-            pass_uniforms::WindowUniform,
-            volume_bindings,
-            volume_store::{VolumeResources, VolumeStore},
+        gpu::{
+            device::Gpu,
+            frame::{Frame, TimesByClock},
         },
+        volumes::store::{VolumeResources, VolumeStore},
+        windows::{VolumeWindows, WindowUniform},
     },
 };
 
@@ -62,18 +60,14 @@ pub(super) struct Passes<'w> {
     composite: Res<'w, CompositePipeline>,
     pipelines: ResMut<'w, SpecializedRenderPipelines<CompositePipeline>>,
     views: ViewResources<'w>,
-    formats: Res<'w, Formats>,
-    cache: Res<'w, PipelineCache>,
-    device: Res<'w, RenderDevice>,
-    queue: Res<'w, RenderQueue>,
+    gpu: Gpu<'w>,
 }
 
 /// Writes what the passes read and makes their bind groups.
 pub(super) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
-    clip_maps: Res<ClipMaps>,
-    plan: Res<FramePlan>,
+    windows: Res<VolumeWindows>,
     views: Query<ViewData>,
     report: Res<ReportChannel>,
     mut passes: Passes,
@@ -83,17 +77,19 @@ pub(super) fn prepare_views(
     jobs.0.clear();
     let mut shown = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
-        let (Some(settings), Some(resources)) = (volume.direct(), store.0.get(&volume.entity)) else {
+        let settings =
+            volume.occlusion.method.get::<DirectOcclusion>().filter(|_| volume.is_drawn_by_method());
+        let (Some(settings), Some(resources)) = (settings, store.0.get(&volume.entity)) else {
             continue;
         };
-        shown.extend(plan.views_of(volume.entity).iter().filter_map(|view| {
-            let slicing = Slicing::of(volume, &settings, &view.uniform)?;
+        shown.extend(windows.onto(volume.entity).iter().filter_map(|view| {
+            let slicing = Slicing::of(volume, settings, &view.uniform)?;
             Some(Shown { volume: resources, view: view.view, window: view.uniform, slicing })
         }));
     }
     let largest = shown.iter().map(|shown| shown.window.end - shown.window.first);
     let largest = largest.reduce(UVec2::max).unwrap_or_default();
-    let Some(buffers) = buffers.fit(largest, &passes.device) else {
+    let Some(buffers) = buffers.fit(largest, &passes.gpu.device) else {
         if !shown.is_empty() {
             warn_once!("direct occlusion: {largest} pixels are more than the device has buffers for");
         }
@@ -102,11 +98,8 @@ pub(super) fn prepare_views(
     if let Ok(mut report) = report.0.lock() {
         report.usage = report.usage + buffers.usage();
     }
-    let Some(clip) = &clip_maps.textures else {
-        return;
-    };
     for shown in shown {
-        if let Some(job) = passes.prepare(&shown, views.get(shown.view).ok(), clip, buffers) {
+        if let Some(job) = passes.prepare(&shown, views.get(shown.view).ok(), buffers) {
             jobs.0.entry(shown.view).or_default().push(job);
         }
     }
@@ -121,10 +114,10 @@ impl Passes<'_> {
         &mut self,
         shown: &Shown,
         view: Option<bevy::ecs::query::ROQueryItem<ViewData>>,
-        clip: &ClipTextures,
         buffers: &Buffers,
     ) -> Option<DirectJob> {
-        let Self { slices, composite, pipelines, views, formats, cache, device, queue } = self;
+        let Self { slices, composite, pipelines, views, gpu } = self;
+        let Gpu { device, queue, cache, .. } = gpu;
         let (prepass, kind) = view?;
         let key = CompositeKey::of(kind);
         let depths = (prepass.depth_view()?, key.samples > 1);
@@ -136,7 +129,7 @@ impl Passes<'_> {
         let WindowUniform { first, end, .. } = shown.window;
         Some(DirectJob {
             slices: SlicesJob {
-                volume: volume_bindings::lit_bind_group(shown.volume, clip, formats, cache, device)?,
+                volume: shown.volume.groups()?.lit.clone(),
                 slices: slices.bind_slices(&window, &slicing, buffers, depths, cache, device)?,
                 number: slices.bind_numbers(buffers, cache, device),
                 count: shown.slicing.count,
@@ -159,7 +152,7 @@ pub(super) fn shade_views(
     jobs: Res<DirectViews>,
     slices: Option<Res<DirectPasses>>,
     cache: Res<PipelineCache>,
-    plan: Res<FramePlan>,
+    timing: Res<TimesByClock>,
     queue: Res<RenderQueue>,
     report: Res<ReportChannel>,
     mut before: FlushCommands,
@@ -169,8 +162,8 @@ pub(super) fn shade_views(
         return;
     };
     let (target, uniform) = view.into_inner();
-    let mut frame = Frame::of_view(ctx, &queue, &plan, &mut before);
-    frame.pass(SPAN_DIRECT, jobs, |encoder, job| {
+    let mut frame = Frame::of_view(ctx, &queue, &timing, &mut before);
+    frame.pass(DirectOcclusion::SPAN, jobs, |encoder, job| {
         slices.encode(encoder, &job.slices, &cache);
         job.composite.encode(encoder, target, uniform.offset, &cache);
     });

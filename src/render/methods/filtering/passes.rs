@@ -3,35 +3,31 @@
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntryBuilder, BindingResource,
-            CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat,
-            TextureSampleType,
-            binding_types::{
-                storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized, texture_3d,
-                texture_storage_3d, uniform_buffer,
-            },
+    render::render_resource::{
+        BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntryBuilder, BindingResource,
+        CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
+        binding_types::{
+            storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized, texture_3d,
+            texture_storage_3d, uniform_buffer,
         },
-        renderer::{RenderDevice, RenderQueue},
     },
     shader::ShaderDefVal,
 };
 
 use super::{
-    resources::FilteringData,
+    resources::{FilteringData, FilteringResources},
     steps::{self, AXES, Outcome, Quantity, Step},
 };
 use crate::render::{
     gpu::{
         compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
+        device::Gpu,
         formats::Formats,
     },
-    volumes::{pass_uniforms::OcclusionPassUniform, volume_bindings, volume_store::VolumeResources},
+    volumes::{clip_pass::ClipPassUniform, layouts::bricks_layout, store::VolumeResources},
 };
 
 /// One for each kind of step.
-#[derive(Resource)]
 pub(crate) struct FilteringPasses {
     densities: ComputePass,
     /// Of each quantity, along each of [`AXES`].
@@ -42,7 +38,10 @@ pub(crate) struct FilteringPasses {
 }
 
 /// The steps over one volume.
-pub(crate) struct FilteringJob(Vec<(Step, BindGroup, u32)>);
+pub(crate) struct FilteringJob {
+    volume: BindGroup,
+    steps: Vec<(Step, BindGroup, u32)>,
+}
 
 impl FromWorld for FilteringPasses {
     fn from_world(world: &mut World) -> Self {
@@ -53,7 +52,7 @@ impl FromWorld for FilteringPasses {
                 (
                     texture_3d(TextureSampleType::Float { filterable: true }),
                     storage_buffer_read_only::<FilteringData>(false),
-                    uniform_buffer::<OcclusionPassUniform>(false),
+                    uniform_buffer::<ClipPassUniform>(false),
                 ),
             );
             let more = (3..).zip(more).map(|(binding, entry)| entry.build(binding, stages));
@@ -62,7 +61,7 @@ impl FromWorld for FilteringPasses {
                 name: "contextual_ao_filter",
                 shader,
                 shader_defs: shader_defs.to_vec(),
-                before: vec![volume_bindings::bricks_layout()],
+                before: vec![bricks_layout()],
                 own: &own,
                 ..default()
             };
@@ -107,7 +106,7 @@ impl FromWorld for FilteringPasses {
 }
 
 impl FilteringPasses {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+    pub fn are_ready(&self, cache: &PipelineCache) -> bool {
         let filters = self.filters.iter().flatten();
         are_ready(filters.chain(&self.estimates).chain([&self.densities, &self.gradient]), cache)
     }
@@ -124,14 +123,12 @@ impl FilteringPasses {
     /// Writes the settings and binds what each step reads and writes.
     pub fn bind_volume(
         &self,
-        volume: &mut VolumeResources,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-        queue: &RenderQueue,
+        volume: &VolumeResources,
+        filtering: &mut FilteringResources,
+        group: &BindGroup,
+        gpu: &Gpu,
     ) -> Option<FilteringJob> {
-        let filtering = volume.filtering.as_mut()?;
-        filtering.data.write_buffer(device, queue);
-        let filtering = volume.filtering.as_ref()?;
+        filtering.data.write_buffer(&gpu.device, &gpu.queue);
         let shared = [
             BindingResource::TextureView(&volume.opacities.view),
             filtering.data.binding()?,
@@ -142,22 +139,16 @@ impl FilteringPasses {
             let resources = (0..).zip(shared.iter().cloned().chain(own));
             let entries: Vec<_> =
                 resources.map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
-            let group = self.pass(step).bind_entries(&entries, cache, device);
+            let group = self.pass(step).bind_entries(&entries, &gpu.cache, &gpu.device);
             (step, group, step.invocations(filtering.dimensions))
         });
-        Some(FilteringJob(steps.collect()))
+        Some(FilteringJob { volume: group.clone(), steps: steps.collect() })
     }
 
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        volume: &BindGroup,
-        job: &FilteringJob,
-        cache: &PipelineCache,
-    ) {
-        for (step, group, invocations) in &job.0 {
+    pub fn encode_steps(&self, encoder: &mut CommandEncoder, job: &FilteringJob, cache: &PipelineCache) {
+        for (step, group, invocations) in &job.steps {
             let groups = Groups::Invocations(*invocations);
-            self.pass(*step).encode(encoder, [volume, group], groups, cache);
+            self.pass(*step).encode(encoder, [&job.volume, group], groups, cache);
         }
     }
 }

@@ -13,8 +13,8 @@ use bevy::{
 use super::steps::{self, Outcome, Quantity, Step};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{DensitySource, OcclusionFiltering, OcclusionMethod, OpacityModulation},
-    render::{extract::ExtractedVolume, gpu::textures::usage_of_buffers, methods::method_bytes::MethodBytes},
+    occlusion::{DensitySource, OcclusionFiltering, OpacityModulation},
+    render::{extract::ExtractedVolume, gpu::textures::usage_of_buffers, volumes::kept::MethodResources},
 };
 
 /// The settings as shaders read them, `Filtering` in WGSL.
@@ -51,12 +51,6 @@ impl FilteringData {
     }
 }
 
-/// What filtering so many voxels keeps.
-pub(crate) fn method_bytes(settings: &OcclusionFiltering, dimensions: UVec3) -> MethodBytes {
-    let buffer = 4 * dimensions.as_u64vec3().element_product();
-    MethodBytes { total: 2 * buffer * steps::quantities(settings).len() as u64, largest_buffer: buffer }
-}
-
 /// Settings and buffers of one volume: two for each quantity, a word a voxel each, filtered from the one to the
 /// other.
 pub(crate) struct FilteringResources {
@@ -64,19 +58,26 @@ pub(crate) struct FilteringResources {
     pub dimensions: UVec3,
     pub data: StorageBuffer<FilteringData>,
     buffers: Vec<(Quantity, [Buffer; 2])>,
+    /// Whether the occlusion is that of what there is now.
+    pub is_valid: bool,
+}
+
+impl MethodResources for FilteringResources {
+    fn usage(&self) -> GpuUsage {
+        usage_of_buffers(self.buffers.iter().flat_map(|(_, pair)| pair))
+    }
 }
 
 impl FilteringResources {
-    /// What a volume's method needs, of what there was as much as will do. `None` if it needs nothing.
+    /// What a volume's settings need, of what there was as much as will do.
     pub fn kept(
         before: Option<Self>,
+        settings: OcclusionFiltering,
         volume: &ExtractedVolume,
         intensities: [f64; 2],
         device: &RenderDevice,
-    ) -> Option<Self> {
-        let OcclusionMethod::Filtering(settings) = volume.occlusion.method else {
-            return None;
-        };
+    ) -> Self {
+        let is_valid = before.as_ref().is_some_and(|kept| kept.is_valid);
         let dimensions = volume.geometry.dimensions;
         let size = 4 * dimensions.as_u64vec3().element_product();
         let buffer = |label| {
@@ -93,9 +94,9 @@ impl FilteringResources {
                     .push((quantity, ["contextual_ao_filtered", "contextual_ao_other_filtered"].map(buffer)));
             }
         }
-        let mut kept = Self { settings, dimensions, data, buffers };
+        let mut kept = Self { settings, dimensions, data, buffers, is_valid };
         kept.data.set(FilteringData::new(&settings, volume, intensities));
-        Some(kept)
+        kept
     }
 
     /// A quantity's buffers; the mean's, which there always are, in place of others that there are not.
@@ -125,9 +126,5 @@ impl FilteringResources {
             Step::Gradient => vec![spare, texture],
         };
         bindings.into_iter().flatten().collect()
-    }
-
-    pub fn usage(&self) -> GpuUsage {
-        usage_of_buffers(self.buffers.iter().flat_map(|(_, pair)| pair))
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use crate::occlusion::{DensityEstimate, OcclusionFiltering, OpacityModulation};
+use crate::occlusion::{OcclusionFiltering, OpacityModulation};
 
 /// What is found of the densities around every voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,12 +53,10 @@ pub(super) const AXES: [u32; 3] = [1, 2, 0];
 
 /// What has to be filtered: only what the estimate, and the modulation, need.
 pub(super) fn quantities(settings: &OcclusionFiltering) -> Vec<Quantity> {
-    let is_power = settings.estimate == DensityEstimate::Power;
-    let is_by_variance = matches!(settings.modulation, OpacityModulation::Variance(_));
     let is_needed = |quantity: &Quantity| match quantity {
         Quantity::Mean => true,
-        Quantity::Square => !is_power || is_by_variance,
-        Quantity::Extrema => is_power,
+        Quantity::Square => settings.filters_squares(),
+        Quantity::Extrema => settings.filters_extrema(),
     };
     Quantity::ALL.into_iter().filter(is_needed).collect()
 }
@@ -91,6 +89,7 @@ impl Step {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::occlusion::{DensityEstimate, MethodSettings};
 
     #[test]
     fn work_does_not_grow_with_the_radius() {
@@ -113,6 +112,8 @@ mod tests {
     fn only_what_is_needed_is_filtered() {
         let by_variance = OcclusionFiltering { modulation: OpacityModulation::Variance(0.1), ..default() };
         assert_eq!(quantities(&by_variance), Quantity::ALL);
+        // Two buffers of a word a voxel for each.
+        assert_eq!(by_variance.bytes(UVec3::ONE).total, 24);
         let gaussian = OcclusionFiltering { estimate: DensityEstimate::Gaussian, ..default() };
         assert_eq!(quantities(&gaussian), [Quantity::Mean, Quantity::Square]);
     }

@@ -3,18 +3,18 @@
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, UniformBuffer,
-            binding_types::uniform_buffer,
-        },
-        renderer::{RenderDevice, RenderQueue},
+    render::render_resource::{
+        BindGroup, BindGroupLayoutEntries, ShaderStages, UniformBuffer, binding_types::uniform_buffer,
     },
 };
 
 use crate::render::{
-    gpu::compute_pass::{ComputePass, PassDescriptor},
-    volumes::{brick_resources::work_layout, pass_uniforms::WindowUniform, volume_bindings},
+    gpu::{
+        compute_pass::{ComputePass, PassDescriptor},
+        device::Gpu,
+    },
+    volumes::{bricks::work_layout, layouts::bricks_layout},
+    windows::WindowUniform,
 };
 
 /// One view to be followed.
@@ -24,7 +24,7 @@ pub(crate) struct MarkJob {
 }
 
 /// Follows the rays of a view.
-#[derive(Resource, Deref)]
+#[derive(Deref)]
 pub(crate) struct MarkPass(ComputePass);
 
 impl FromWorld for MarkPass {
@@ -34,7 +34,7 @@ impl FromWorld for MarkPass {
         let descriptor = PassDescriptor {
             name: "contextual_ao_mark",
             shader: load_embedded_asset!(world, "mark.wgsl"),
-            before: vec![volume_bindings::bricks_layout()],
+            before: vec![bricks_layout()],
             own: &own,
             behind: vec![work_layout()],
             ..default()
@@ -44,16 +44,10 @@ impl FromWorld for MarkPass {
 }
 
 impl MarkPass {
-    pub fn bind_window(
-        &self,
-        window: WindowUniform,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-        queue: &RenderQueue,
-    ) -> Option<MarkJob> {
+    pub fn bind_window(&self, window: WindowUniform, gpu: &Gpu) -> Option<MarkJob> {
         let mut uniform = UniformBuffer::from(window);
-        uniform.write_buffer(device, queue);
-        let group = self.bind((uniform.binding()?,), cache, device);
+        uniform.write_buffer(&gpu.device, &gpu.queue);
+        let group = self.bind((uniform.binding()?,), &gpu.cache, &gpu.device);
         Some(MarkJob { window: group, pixels: window.end - window.first })
     }
 }

@@ -1,12 +1,106 @@
-//! Local ambient occlusion by rays around voxels, cast where it is stale and seen.
+//! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where it is stale and seen; all at once,
+//! or a few in every frame.
+//!
+//! `frame` (which views are followed, which rays are cast) → `mark` (the voxels that a view reads) → `cast`.
 
-pub(in crate::render) mod mark;
-pub(in crate::render) mod ray_cast;
+pub(in crate::render) mod cast;
+mod frame;
+pub(in crate::render) mod kept;
+mod mark;
+mod table;
 
-use bevy::{asset::embedded_asset, prelude::*};
+use bevy::{asset::embedded_asset, prelude::*, render::render_resource::PipelineCache};
 
-/// Makes the shaders known.
-pub(super) fn add_shaders(app: &mut App) {
-    embedded_asset!(app, "mark.wgsl");
-    embedded_asset!(app, "ray_cast.wgsl");
+use super::{
+    registry::VoxelMethodPlugin,
+    voxel_method::{KeptVolume, VolumeFrame, VoxelMethod},
+};
+use crate::{
+    diagnostics::{COUNTERS, SPAN_MARK, SPAN_RAY_CAST},
+    occlusion::{MethodKind, OcclusionMethod, ProgressiveRays, Shortcuts},
+    render::{
+        clipping::step::Demand,
+        extract::ExtractedScene,
+        gpu::{compute_pass::Groups, device::Gpu, frame::Frame},
+    },
+};
+use cast::RayCastPasses;
+use frame::RaysJob;
+use kept::KeptRays;
+use mark::MarkPass;
+
+/// Adds the method.
+pub(super) struct RaysPlugin;
+
+impl Plugin for RaysPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "mark.wgsl");
+        embedded_asset!(app, "cast.wgsl");
+        app.add_plugins(VoxelMethodPlugin::<Rays>::default());
+    }
+}
+
+/// The passes.
+pub(super) struct Rays {
+    mark: MarkPass,
+    cast: RayCastPasses,
+    counts_work: bool,
+}
+
+impl FromWorld for Rays {
+    fn from_world(world: &mut World) -> Self {
+        let (mark, cast) = (MarkPass::from_world(world), RayCastPasses::from_world(world));
+        Self { mark, cast, counts_work: false }
+    }
+}
+
+impl VoxelMethod for Rays {
+    type Kept = KeptRays;
+    type Job = RaysJob;
+
+    fn computes(&self, method: &OcclusionMethod) -> bool {
+        method.kind() == MethodKind::StaleVoxels
+    }
+
+    fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool {
+        let is_progressive = method.get::<ProgressiveRays>().is_some();
+        self.mark.is_ready(cache)
+            & self.cast.is_ready(self.counts_work, cache)
+            & (!is_progressive || self.cast.progressive_is_ready(cache))
+    }
+
+    fn read(&mut self, world: &World) {
+        self.counts_work = world.resource::<ExtractedScene>().count_work;
+    }
+
+    fn keep(&self, kept: Option<KeptRays>, volume: &KeptVolume, gpu: &Gpu) -> KeptRays {
+        kept.unwrap_or_default().update(volume, gpu)
+    }
+
+    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand {
+        frame::demand(volume.volume, shortcuts)
+    }
+
+    fn plan(&self, kept: &mut KeptRays, volume: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
+        self.plan_frame(kept, volume, gpu)
+    }
+
+    fn encode(&self, jobs: &[RaysJob], frame: &mut Frame, cache: &PipelineCache) {
+        if self.counts_work {
+            frame.encoder().clear_buffer(&self.cast.work, 0, None);
+        }
+        let views = jobs.iter().flat_map(|job| job.marks.iter().map(move |view| (job, view)));
+        frame.pass(SPAN_MARK, views, |encoder, (job, view)| {
+            let groups = [&job.volume, &view.window, &job.words];
+            self.mark.encode(encoder, groups, Groups::Pixels(view.pixels), cache);
+        });
+        frame.pass(SPAN_RAY_CAST, jobs, |encoder, job| {
+            self.cast.encode(encoder, &job.volume, &job.cast, cache);
+        });
+        if self.counts_work {
+            for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
+                frame.record_word(name, &self.cast.work.slice(offset..offset + 4));
+            }
+        }
+    }
 }

@@ -19,7 +19,7 @@ use bevy::{
     shader::Shader,
 };
 
-use super::views::ScreenSpaceUniform;
+use super::uniform::ScreenSpaceUniform;
 use crate::render::gpu::render_pipelines::variants_are_ready;
 
 /// The pipeline, and what it binds.

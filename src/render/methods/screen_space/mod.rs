@@ -5,11 +5,11 @@
 
 mod darken;
 mod occlusion;
+mod passes;
 mod shade;
 mod surfaces;
-pub(in crate::render) mod views;
-
-pub(crate) use darken::DarkenPipelines;
+pub(in crate::render) mod uniform;
+mod views;
 
 use bevy::{
     asset::embedded_asset,
@@ -23,29 +23,13 @@ use bevy::{
     shader::load_shader_library,
 };
 
-use crate::render::{DeviceSupport, Formats, frame::are_timed_by_clock, gpu::compute_pass::are_ready};
-
-/// The compute passes over a view.
-#[derive(Resource)]
-pub(crate) struct ScreenSpacePasses {
-    surfaces: surfaces::SurfacePasses,
-    occlusion: occlusion::OcclusionPass,
-}
-
-impl FromWorld for ScreenSpacePasses {
-    fn from_world(world: &mut World) -> Self {
-        Self {
-            surfaces: surfaces::SurfacePasses::from_world(world),
-            occlusion: occlusion::OcclusionPass::from_world(world),
-        }
-    }
-}
-
-impl ScreenSpacePasses {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        are_ready(self.surfaces.all().chain([&*self.occlusion]), cache)
-    }
-}
+use super::pipelines::{AskForPipelines, MethodPipelines, ViewPipelines, ask};
+use crate::{
+    occlusion::{MethodSettings, ScreenSpaceOcclusion},
+    render::gpu::{device::DeviceSupport, formats::Formats, frame::are_timed_by_clock},
+};
+use darken::DarkenPipelines;
+use passes::ScreenSpacePasses;
 
 /// Adds the method to the render world.
 pub(crate) struct ScreenSpacePlugin;
@@ -63,6 +47,7 @@ impl Plugin for ScreenSpacePlugin {
         render_app
             .init_gpu_resource::<views::ScreenSpaceViews>()
             .init_gpu_resource::<SpecializedRenderPipelines<darken::DarkenPipeline>>()
+            .add_systems(AskForPipelines, ask_for_pipelines.before(ask))
             .add_systems(
                 RenderStartup,
                 (init_gpu_resource::<ScreenSpacePasses>, init_gpu_resource::<darken::DarkenPipeline>)
@@ -83,5 +68,18 @@ impl Plugin for ScreenSpacePlugin {
                     .before(Core3dSystems::EarlyPostProcess)
                     .run_if(resource_exists::<DeviceSupport>),
             );
+    }
+}
+
+fn ask_for_pipelines(
+    passes: Res<ScreenSpacePasses>,
+    mut darken: DarkenPipelines,
+    cache: Res<PipelineCache>,
+    wanted: Res<MethodPipelines>,
+    mut pipelines: ResMut<ViewPipelines>,
+) {
+    let name = ScreenSpaceOcclusion::default().name();
+    if wanted.wants(name) {
+        pipelines.tell(name, passes.is_ready(&cache) & darken.are_ready(&cache));
     }
 }

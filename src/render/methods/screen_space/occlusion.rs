@@ -9,7 +9,7 @@ use bevy::{
     },
 };
 
-use super::views::ScreenSpaceUniform;
+use super::uniform::ScreenSpaceUniform;
 use crate::render::gpu::{
     compute_pass::{ComputePass, PassDescriptor},
     formats::Formats,

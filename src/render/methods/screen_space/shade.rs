@@ -9,10 +9,14 @@ use bevy::{
     },
 };
 
-use super::{ScreenSpacePasses, darken, views::ScreenSpaceViews};
+use super::{darken, passes::ScreenSpacePasses, views::ScreenSpaceViews};
 use crate::{
-    diagnostics::{ReportChannel, SPAN_SCREEN_SPACE},
-    render::{frame::Frame, gpu::compute_pass::Groups, plan::FramePlan},
+    diagnostics::ReportChannel,
+    occlusion::ScreenSpaceOcclusion,
+    render::gpu::{
+        compute_pass::Groups,
+        frame::{Frame, TimesByClock},
+    },
 };
 
 /// Shades a view, if it shows a volume with this method.
@@ -20,7 +24,7 @@ pub(crate) fn shade_view(
     view: ViewQuery<&ViewTarget>,
     views: Res<ScreenSpaceViews>,
     passes: Res<ScreenSpacePasses>,
-    plan: Res<FramePlan>,
+    timing: Res<TimesByClock>,
     cache: Res<PipelineCache>,
     queue: Res<RenderQueue>,
     report: Res<ReportChannel>,
@@ -34,8 +38,8 @@ pub(crate) fn shade_view(
         return;
     };
     let target = view.into_inner();
-    let mut frame = Frame::of_view(ctx, &queue, &plan, &mut before);
-    frame.pass(SPAN_SCREEN_SPACE, [job], |encoder, job| {
+    let mut frame = Frame::of_view(ctx, &queue, &timing, &mut before);
+    frame.pass(ScreenSpaceOcclusion::SPAN, [job], |encoder, job| {
         let pixels = Groups::Pixels(job.size);
         passes.surfaces.opaque(job.depth_samples).encode(encoder, [&job.opaque], pixels, &cache);
         for groups in &job.volumes {

@@ -3,31 +3,24 @@
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, PipelineCache, ShaderStages,
-            StorageTextureAccess, TextureFormat, TextureSampleType, TextureView, UniformBuffer,
-            binding_types::{
-                texture_2d, texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d,
-                uniform_buffer,
-            },
+    render::render_resource::{
+        BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, ShaderStages, StorageTextureAccess,
+        TextureSampleType, TextureView, UniformBuffer,
+        binding_types::{
+            texture_2d, texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
         },
-        renderer::{RenderDevice, RenderQueue},
     },
 };
 
-use super::views::ScreenSpaceUniform;
+use super::uniform::{SURFACE_FORMAT, ScreenSpaceUniform};
 use crate::render::{
-    carvers::clip_textures::ClipTextures,
     gpu::{
         compute_pass::{ComputePass, PassDescriptor},
-        formats::Formats,
+        device::Gpu,
     },
-    volumes::{pass_uniforms::WindowUniform, volume_bindings, volume_store::VolumeResources},
+    volumes::{layouts::lit_layout, store::VolumeResources},
+    windows::WindowUniform,
 };
-
-/// Of textures of surfaces: depth and normal.
-pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
 
 /// The passes that find surfaces.
 pub(super) struct SurfacePasses {
@@ -74,7 +67,7 @@ impl FromWorld for SurfacePasses {
         let descriptor = PassDescriptor {
             name: "contextual_ao_volume_surface",
             shader: load_embedded_asset!(world, "volume_surface.wgsl"),
-            before: vec![volume_bindings::lit_layout()],
+            before: vec![lit_layout()],
             own: &own,
             ..default()
         };
@@ -96,17 +89,15 @@ impl SurfacePasses {
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
-        clip: &ClipTextures,
         (window, opacity_threshold): (WindowUniform, f32),
         [before, written]: [&TextureView; 2],
-        (formats, cache, device, queue): (&Formats, &PipelineCache, &RenderDevice, &RenderQueue),
+        gpu: &Gpu,
     ) -> Option<[BindGroup; 2]> {
-        let volume_group = volume_bindings::lit_bind_group(volume, clip, formats, cache, device)?;
         let mut window = UniformBuffer::from(window);
-        window.write_buffer(device, queue);
+        window.write_buffer(&gpu.device, &gpu.queue);
         let mut threshold = UniformBuffer::from(opacity_threshold);
-        threshold.write_buffer(device, queue);
+        threshold.write_buffer(&gpu.device, &gpu.queue);
         let own = (window.binding()?, threshold.binding()?, before, written);
-        Some([volume_group, self.volume.bind(own, cache, device)])
+        Some([volume.groups()?.lit.clone(), self.volume.bind(own, &gpu.cache, &gpu.device)])
     }
 }

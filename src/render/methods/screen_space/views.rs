@@ -6,11 +6,10 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, CachedRenderPipelineId, Extent3d, ShaderType,
-            SpecializedRenderPipelines, StorageBuffer, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureUsages, TextureView, UniformBuffer,
+            BindGroup, BindGroupEntries, CachedRenderPipelineId, Extent3d, SpecializedRenderPipelines,
+            StorageBuffer, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
+            UniformBuffer,
         },
-        renderer::{RenderDevice, RenderQueue},
         texture::TextureCache,
         view::ViewTarget,
     },
@@ -18,33 +17,20 @@ use bevy::{
 
 use super::{
     darken::{DarkenKey, DarkenPipeline},
-    surfaces::SURFACE_FORMAT,
+    passes::ScreenSpacePasses,
+    uniform::{SURFACE_FORMAT, ScreenSpaceUniform},
 };
 use crate::{
-    occlusion::{OcclusionMethod, ScreenSpaceOcclusion},
+    occlusion::ScreenSpaceOcclusion,
     render::{
-        carvers::clip_maps::ClipMaps,
         extract::{ExtractedScene, ExtractedVolume},
-        gpu::formats::Formats,
-        passes::Passes,
-        plan::FramePlan,
-        volumes::{
-            pass_uniforms::WindowUniform,
-            volume_store::{VolumeResources, VolumeStore},
-        },
+        gpu::device::Gpu,
+        methods::pipelines::MethodPipelines,
+        volumes::store::{VolumeResources, VolumeStore},
+        windows::{VolumeWindows, WindowUniform},
     },
     volume::longest_stretch,
 };
-
-/// A view, as `ScreenSpaceView` in WGSL.
-#[derive(Clone, Copy, ShaderType)]
-pub(in crate::render) struct ScreenSpaceUniform {
-    clip_from_view: Mat4,
-    view_from_clip: Mat4,
-    viewport: Vec4,
-    radius: f32,
-    bias: f32,
-}
 
 /// The passes over the views of this frame that are shaded, by the views' entities.
 #[derive(Resource, Default)]
@@ -78,31 +64,28 @@ struct SeenVolume<'a> {
 /// What making the jobs takes.
 #[derive(SystemParam)]
 pub(crate) struct JobParts<'w> {
-    passes: Passes<'w>,
+    passes: Res<'w, ScreenSpacePasses>,
     darken: Res<'w, DarkenPipeline>,
     darken_pipelines: ResMut<'w, SpecializedRenderPipelines<DarkenPipeline>>,
-    clip_maps: Res<'w, ClipMaps>,
-    formats: Res<'w, Formats>,
     textures: ResMut<'w, TextureCache>,
-    device: Res<'w, RenderDevice>,
-    queue: Res<'w, RenderQueue>,
+    gpu: Gpu<'w>,
 }
 
 /// Finds the views that show volumes with this method.
 pub(crate) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
-    plan: Res<FramePlan>,
+    windows: Res<VolumeWindows>,
+    pipelines: Res<MethodPipelines>,
     cameras: Query<(&ViewTarget, Option<&ViewPrepassTextures>)>,
     mut parts: JobParts,
     mut jobs: ResMut<ScreenSpaceViews>,
 ) {
     jobs.0.clear();
     let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
-    let is_ready =
-        |volume: &&ExtractedVolume| parts.passes.are_ready_for(&volume.occlusion.method, scene.count_work);
+    let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
-        let OcclusionMethod::ScreenSpace(settings) = volume.occlusion.method else {
+        let Some(settings) = volume.occlusion.method.get::<ScreenSpaceOcclusion>().copied() else {
             continue;
         };
         let Some(resources) = store.0.get(&volume.entity) else {
@@ -114,7 +97,7 @@ pub(crate) fn prepare_views(
             // It changes nothing.
             continue;
         }
-        for view in plan.views_of(volume.entity) {
+        for view in windows.onto(volume.entity) {
             let window = view.uniform;
             seen.entry(view.view).or_default().push(SeenVolume { resources, window, settings, radius, bias });
         }
@@ -155,7 +138,7 @@ impl JobParts<'_> {
         });
         let points: Vec<_> = settings.kernel().into_iter().map(|point| point.extend(0.0)).collect();
         let mut kernel = StorageBuffer::from(points);
-        let (device, queue) = (&*self.device, &*self.queue);
+        let Gpu { device, queue, cache, .. } = &self.gpu;
         view.write_buffer(device, queue);
         kernel.write_buffer(device, queue);
         let mut texture = |format| {
@@ -164,9 +147,9 @@ impl JobParts<'_> {
         };
         // Each pass reads what the one before wrote.
         let surfaces = [texture(SURFACE_FORMAT), texture(SURFACE_FORMAT)];
-        let factors = texture(self.formats.scalar);
+        let factors = texture(self.gpu.formats.scalar);
         let last = &surfaces[volumes.len() % 2];
-        let (passes, cache) = (&self.passes.screen_space, &*self.passes.cache);
+        let passes = &self.passes;
         let depth = prepass.and_then(|prepass| prepass.depth.as_ref());
         let depth_samples = depth.map_or(0, |depth| depth.texture.texture.sample_count());
         let opaque = passes.surfaces.opaque(depth_samples);
@@ -177,12 +160,10 @@ impl JobParts<'_> {
             }
             None => opaque.bind((view.binding()?, &surfaces[0]), cache, device),
         };
-        let clip = self.clip_maps.textures.as_ref()?;
-        let parts = (&*self.formats, cache, device, queue);
         let bind_volume = |(k, volume): (usize, &SeenVolume)| {
             let window = (volume.window, volume.settings.opacity_threshold);
             let between = [&surfaces[k % 2], &surfaces[(k + 1) % 2]];
-            passes.surfaces.bind_volume(volume.resources, clip, window, between, parts)
+            passes.surfaces.bind_volume(volume.resources, window, between, &self.gpu)
         };
         let volumes = volumes.iter().enumerate().map(bind_volume).collect::<Option<_>>()?;
         let darken = device.create_bind_group(

@@ -9,9 +9,6 @@ use crate::volume::LookupTable;
 /// Normals along each side of the table, as in `octants.wgsl`. Odd, so that there are some in the planes between
 /// octants, where the term has its kinks.
 pub(crate) const SIDE: usize = 63;
-/// Rows of the lookup table's texture behind the first that the table takes: octants 0 to 3, and 4 to 7.
-pub(crate) const TABLE_ROWS: u32 = 2;
-
 /// The term of all octants for the normals of an octahedral map, as rows of the lookup table's texture.
 pub(crate) fn geometry_term_table() -> Vec<[f32; 4]> {
     let place = |k: usize| 2.0 * k as f64 / (SIDE - 1) as f64 - 1.0;
@@ -60,6 +57,7 @@ fn geometry_terms(normal: DVec3) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::volumes::store::METHOD_ROWS;
     use core::f64::consts::{FRAC_PI_4, PI};
 
     fn normals() -> impl Iterator<Item = DVec3> {
@@ -121,7 +119,7 @@ mod tests {
     #[test]
     fn the_table_gives_the_terms_between_its_normals() {
         let table = geometry_term_table();
-        assert_eq!(table.len(), TABLE_ROWS as usize * LookupTable::ENTRIES);
+        assert_eq!(table.len(), METHOD_ROWS as usize * LookupTable::ENTRIES);
         for normal in normals() {
             let found = interpolated(&table, normal);
             for (found, exact) in found.into_iter().zip(geometry_terms(normal)) {

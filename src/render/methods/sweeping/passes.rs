@@ -3,35 +3,33 @@
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutEntry, BindingResource, Buffer, CommandEncoder,
-            PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
-            binding_types::{
-                storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, texture_storage_3d,
-                uniform_buffer,
-            },
+    render::render_resource::{
+        BindGroup, BindGroupEntry, BindGroupLayoutEntry, BindingResource, Buffer, CommandEncoder,
+        PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
+        binding_types::{
+            storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, texture_storage_3d,
+            uniform_buffer,
         },
-        renderer::{RenderDevice, RenderQueue},
     },
     shader::ShaderDefVal,
 };
 
 use super::{
     planes::SweepPlane,
-    resources::{SURFACE_FORMAT, SweepingUniform},
+    resources::{SURFACE_FORMAT, SweepResources, SweepingUniform},
 };
 use crate::render::{
     gpu::{
         compute_pass::{ComputePass, Groups, PassDescriptor, are_ready},
+        device::Gpu,
         formats::Formats,
     },
-    volumes::{pass_uniforms::OcclusionPassUniform, volume_bindings, volume_store::VolumeResources},
+    volumes::{clip_pass::ClipPassUniform, layouts::bricks_layout, store::VolumeResources},
 };
 
 /// Which resources of a volume a pass binds, in group 1.
 const OPACITIES: u32 = 0;
-const OCCLUSION_PASS: u32 = 2;
+const CLIP_PASS: u32 = 2;
 const FACES: u32 = 4;
 const FOUND: u32 = 5;
 const DISTANCES: u32 = 6;
@@ -41,7 +39,6 @@ const SETTINGS: u32 = 8;
 const PLANE: u32 = 9;
 const SURFACE: u32 = 10;
 
-#[derive(Resource)]
 pub(crate) struct SweepPasses {
     /// Intensities beyond the isovalue, then distances of voxels next to it.
     measure_differences: ComputePass,
@@ -59,7 +56,7 @@ impl FromWorld for SweepPasses {
         let stages = ShaderStages::COMPUTE;
         let opacities = texture_3d(TextureSampleType::Float { filterable: true }).build(OPACITIES, stages);
         let settings = uniform_buffer::<SweepingUniform>(false).build(SETTINGS, stages);
-        let coverage = uniform_buffer::<OcclusionPassUniform>(false).build(OCCLUSION_PASS, stages);
+        let coverage = uniform_buffer::<ClipPassUniform>(false).build(CLIP_PASS, stages);
         let plane = uniform_buffer::<SweepPlane>(true).build(PLANE, stages);
         let written = |binding: u32| storage_buffer_sized(false, None).build(binding, stages);
         let pass = |name, shader, entry_point, defs: &[&'static str], own: &[BindGroupLayoutEntry]| {
@@ -68,7 +65,7 @@ impl FromWorld for SweepPasses {
                 shader,
                 entry_point: Some(entry_point),
                 shader_defs: defs.iter().map(|def| ShaderDefVal::from(*def)).collect(),
-                before: vec![volume_bindings::bricks_layout()],
+                before: vec![bricks_layout()],
                 own,
                 ..default()
             };
@@ -122,6 +119,7 @@ impl FromWorld for SweepPasses {
 
 /// The passes over one volume.
 pub(crate) struct SweepJob {
+    volume: BindGroup,
     dimensions: UVec3,
     found: Buffer,
     isosurface: Option<[BindGroup; 2]>,
@@ -143,7 +141,7 @@ enum Swept {
 }
 
 impl SweepPasses {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+    pub fn are_ready(&self, cache: &PipelineCache) -> bool {
         let passes = [
             &self.measure_differences,
             &self.initialize_distances,
@@ -160,19 +158,18 @@ impl SweepPasses {
     /// `distances_alone` leaves out the light, if there are distances.
     pub fn bind_volume(
         &self,
-        volume: &mut VolumeResources,
+        volume: &VolumeResources,
+        sweeping: &mut SweepResources,
+        group: &BindGroup,
         distances_alone: bool,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-        queue: &RenderQueue,
+        gpu: &Gpu,
     ) -> Option<SweepJob> {
-        let sweeping = volume.sweeping.as_mut()?;
+        let Gpu { device, queue, cache, .. } = gpu;
         sweeping.uniform.write_buffer(device, queue);
         sweeping.planes.write_buffer(device, queue);
-        let sweeping = volume.sweeping.as_ref()?;
         let settings = (SETTINGS, sweeping.uniform.binding()?);
         let opacities = (OPACITIES, BindingResource::TextureView(&volume.opacities.view));
-        let coverage = (OCCLUSION_PASS, volume.pass.binding()?);
+        let coverage = (CLIP_PASS, volume.pass.binding()?);
         let plane = (PLANE, sweeping.planes.binding()?);
         let faces = (FACES, sweeping.faces.as_entire_binding());
         let found = (FOUND, sweeping.found.as_entire_binding());
@@ -207,6 +204,7 @@ impl SweepPasses {
             }
         };
         Some(SweepJob {
+            volume: group.clone(),
             dimensions: sweeping.dimensions,
             found: sweeping.found.clone(),
             isosurface,
@@ -229,13 +227,8 @@ impl SweepPasses {
         if keeps_octants { &self.collect_octants } else { &self.collect_factors }
     }
 
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        volume: &BindGroup,
-        job: &SweepJob,
-        cache: &PipelineCache,
-    ) {
+    pub fn encode(&self, encoder: &mut CommandEncoder, job: &SweepJob, cache: &PipelineCache) {
+        let volume = &job.volume;
         let voxels = Groups::Voxels(job.dimensions);
         if let Some([measured, initialized]) = &job.isosurface {
             self.measure_differences.encode(encoder, [volume, measured], voxels, cache);

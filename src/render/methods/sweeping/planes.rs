@@ -2,8 +2,7 @@
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
-/// Voxels along each side of a tile, as in `sweep.wgsl`.
-pub(crate) const TILE: u32 = 8;
+use crate::occlusion::OcclusionSweeping;
 
 /// The tiles of one dispatch, as `Plane` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
@@ -18,7 +17,7 @@ pub(crate) struct SweepPlane {
 
 /// Number of tiles along each axis, those at the edges counted whole.
 pub(crate) fn tile_counts(dimensions: UVec3) -> UVec3 {
-    dimensions.map(|count| count.div_ceil(TILE))
+    dimensions.map(|count| count.div_ceil(OcclusionSweeping::TILE))
 }
 
 /// The planes of one sweep in their order, each with as many workgroups as surround its tiles.

@@ -5,23 +5,28 @@ use bevy::{
     render::{
         render_resource::{
             Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, TextureFormat,
-            TextureUsages, TextureViewDimension, UniformBuffer,
+            TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
         },
         renderer::RenderDevice,
     },
 };
 
-use super::planes::{SweepPlane, TILE, planes, tile_counts};
+use super::{
+    geometry_term::geometry_term_table,
+    planes::{SweepPlane, planes, tile_counts},
+};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, OcclusionSweeping, SweepingSurface},
+    occlusion::OcclusionSweeping,
     render::{
         extract::ExtractedVolume,
         gpu::{
+            device::Gpu,
             formats::volume_texture,
             textures::{TextureAndView, usage_of, usage_of_buffers},
         },
-        methods::method_bytes::MethodBytes,
+        methods::voxel_method::KeptVolume,
+        volumes::kept::MethodResources,
     },
     volume::Rescale,
 };
@@ -63,38 +68,62 @@ pub(crate) struct SweepResources {
     /// Whether what octants see is kept, or their mean.
     pub keeps_octants: bool,
     pub dimensions: UVec3,
+    /// What is done since the last change.
+    pub computed: Computed,
+}
+
+/// What has been computed: each includes the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Computed {
+    #[default]
+    Nothing,
+    /// The distance field of a surface, where that is drawn.
+    Distances,
+    Occlusion,
+}
+
+impl MethodResources for SweepResources {
+    fn usage(&self) -> GpuUsage {
+        usage_of_buffers([&self.faces, &self.found])
+            + usage_of_buffers(&self.distances)
+            + usage_of(self.surface.iter().map(|surface| &surface.texture))
+    }
+
+    fn orientations(&self) -> Option<&TextureView> {
+        self.surface.as_ref().map(|surface| &surface.view)
+    }
+
+    fn drawn_intensities(&self) -> Option<Vec2> {
+        let SweepingUniform { isovalue, side, .. } = *self.uniform.get();
+        let drawn = if side > 0.0 { Vec2::new(isovalue, f32::MAX) } else { Vec2::new(f32::MIN, isovalue) };
+        self.surface.is_some().then_some(drawn)
+    }
 }
 
 impl SweepResources {
     /// Keeps what is there for a volume's settings, or makes it.
-    pub fn keep(
-        kept: &mut Option<Self>,
-        settings: &OcclusionSweeping,
-        volume: &ExtractedVolume,
-        stored: (Rescale, f64),
-        device: &RenderDevice,
-    ) {
-        let keeps_octants = keeps_octants(settings);
-        let fits = |resources: &Self| {
-            resources.distances.is_some() == settings.surface.isovalue().is_some()
-                && resources.surface.is_some() == wants_isosurface(settings)
-                && resources.keeps_octants == keeps_octants
+    pub fn kept(kept: Option<Self>, volume: &KeptVolume, gpu: &Gpu) -> Self {
+        let settings: OcclusionSweeping = volume.settings().copied().unwrap_or_default();
+        let fits = |kept: &Self| {
+            kept.distances.is_some() == settings.surface.isovalue().is_some()
+                && kept.surface.is_some() == settings.draws_surface()
+                && kept.keeps_octants == settings.keeps_octants()
         };
-        if !kept.as_ref().is_some_and(fits) {
-            // First free, then allocate.
-            *kept = None;
-            *kept = Some(Self::new(volume.geometry.dimensions, settings, device));
-        }
-        if let Some(resources) = kept {
-            let uniform = uniform(settings, volume, keeps_octants, stored);
-            resources.uniform.set(uniform);
-        }
+        // First free, then allocate.
+        let kept = kept.filter(fits);
+        let mut kept = kept.unwrap_or_else(|| {
+            if settings.keeps_octants() {
+                volume.resources.write_table_rows(1, &geometry_term_table(), &gpu.queue);
+            }
+            Self::new(volume.dimensions(), &settings, &gpu.device)
+        });
+        let stored = (volume.resources.rescale, volume.resources.gpu_volume.largest_stored);
+        kept.uniform.set(uniform(&settings, volume.volume, stored));
+        kept
     }
 
     fn new(dimensions: UVec3, settings: &OcclusionSweeping, device: &RenderDevice) -> Self {
-        let keeps_octants = keeps_octants(settings);
-        let [faces, found] = bytes_needed(dimensions, keeps_octants);
-        let voxels = dimensions.as_u64vec3().element_product();
+        let [faces, found, distances] = settings.buffer_bytes(dimensions);
         let tiles = tile_counts(dimensions);
         let buffer = |label, size| {
             device.create_buffer(&BufferDescriptor {
@@ -113,11 +142,8 @@ impl SweepResources {
             dispatches,
             faces: buffer("contextual_ao_sweep_faces", faces),
             found: buffer("contextual_ao_sweep_found", found),
-            distances: settings
-                .surface
-                .isovalue()
-                .map(|_| buffer("contextual_ao_sweep_distances", 4 * voxels)),
-            surface: wants_isosurface(settings).then(|| {
+            distances: (distances > 0).then(|| buffer("contextual_ao_sweep_distances", distances)),
+            surface: settings.draws_surface().then(|| {
                 let descriptor = volume_texture(
                     "contextual_ao_sweep_surface",
                     dimensions,
@@ -126,8 +152,9 @@ impl SweepResources {
                 );
                 TextureAndView::new(device, &descriptor, TextureViewDimension::D3)
             }),
-            keeps_octants,
+            keeps_octants: settings.keeps_octants(),
             dimensions,
+            computed: default(),
         }
     }
 
@@ -138,51 +165,6 @@ impl SweepResources {
         let needed = octants.filter(move |(octant, _)| all || weights[octant / 4][octant % 4] > 0.0);
         needed.flat_map(|(_, sweep)| sweep.iter().copied())
     }
-
-    /// What they take.
-    pub fn usage(&self) -> GpuUsage {
-        usage_of_buffers([&self.faces, &self.found])
-            + usage_of_buffers(&self.distances)
-            + usage_of(self.surface.iter().map(|surface| &surface.texture))
-    }
-
-    /// Between which intensities, as the texture gives them, the surface lies that is drawn alone, if one is.
-    pub fn drawn_intensities(&self) -> Option<Vec2> {
-        let SweepingUniform { isovalue, side, .. } = *self.uniform.get();
-        let drawn = if side > 0.0 { Vec2::new(isovalue, f32::MAX) } else { Vec2::new(f32::MIN, isovalue) };
-        self.surface.is_some().then_some(drawn)
-    }
-}
-
-/// Whether a surface of a volume is drawn alone.
-pub(crate) fn draws_isosurface(occlusion: &AmbientOcclusion) -> bool {
-    matches!(&occlusion.method, OcclusionMethod::Sweeping(settings) if wants_isosurface(settings))
-}
-
-/// What sweeping so many voxels keeps.
-pub(crate) fn method_bytes(settings: &OcclusionSweeping, dimensions: UVec3) -> MethodBytes {
-    let voxels = dimensions.as_u64vec3().element_product();
-    let [faces, found] = bytes_needed(dimensions, keeps_octants(settings));
-    let distances = if settings.surface.isovalue().is_some() { 4 * voxels } else { 0 };
-    let buffers = MethodBytes::of_buffers(&[faces, found, distances]);
-    let surface = if wants_isosurface(settings) { 8 * voxels } else { 0 };
-    MethodBytes { total: buffers.total + surface, ..buffers }
-}
-
-fn keeps_octants(settings: &OcclusionSweeping) -> bool {
-    settings.geometry_term != GeometryTerm::None
-}
-
-/// Bytes of `faces` and of `found`.
-fn bytes_needed(dimensions: UVec3, keeps_octants: bool) -> [u64; 2] {
-    let columns = (tile_counts(dimensions) * TILE).as_u64vec3();
-    let faces = columns.y * columns.z + columns.x * columns.z + columns.x * columns.y;
-    let found = if keeps_octants { 8 } else { 4 } * dimensions.as_u64vec3().element_product();
-    [4 * faces, found]
-}
-
-fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
-    matches!(settings.surface, SweepingSurface::Isosurface(_))
 }
 
 /// The settings as shaders read them. `stored` is how stored intensities become the file's units, and
@@ -190,7 +172,6 @@ fn wants_isosurface(settings: &OcclusionSweeping) -> bool {
 fn uniform(
     settings: &OcclusionSweeping,
     volume: &ExtractedVolume,
-    keeps_octants: bool,
     (rescale, largest_stored): (Rescale, f64),
 ) -> SweepingUniform {
     let spacing_mm = volume.geometry.spacing_mm;
@@ -212,7 +193,7 @@ fn uniform(
         // Intensities are from 0 to 1.
         isovalue: isovalue.clamp(-2.0, 2.0) as f32,
         side: side as f32,
-        keeps_octants: keeps_octants.into(),
+        keeps_octants: settings.keeps_octants().into(),
         least_stretch: volume.geometry.least_stretch() as f32,
     }
 }

@@ -5,9 +5,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, StorageBuffer, TexelCopyBufferLayout,
+            BindGroup, Buffer, Extent3d, Origin3d, ShaderType, StorageBuffer, TexelCopyBufferLayout,
             TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-            TextureView, TextureViewDimension, UniformBuffer,
+            TextureView, TextureViewDimension, TextureViewId, UniformBuffer, encase::internal::WriteInto,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -17,31 +17,29 @@ use core::iter;
 use std::sync::Arc;
 
 use super::{
-    brick_resources::BrickResources,
+    bricks::BrickResources,
     carver_uniform::{CarverTable, CarverUniform},
-    gpu_volume::GpuVolume,
-    occlusion_texels::OcclusionTexels,
-    pass_uniforms::OcclusionPassUniform,
-    volume_state::VolumeState,
-    volume_uniform::{VolumeUniform, ray_table},
+    clip_pass::ClipPassUniform,
+    contents::VolumeState,
+    intensities::GpuVolume,
+    kept::MethodResources,
+    uniform::VolumeUniform,
 };
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::OcclusionMethod,
+    occlusion::OcclusionTexels,
     render::{
-        carvers::clip_maps::ClipMaps,
         extract::{ExtractedScene, ExtractedVolume},
         gpu::{
             formats::{Formats, volume_texture},
-            textures::{TextureAndView, usage_of, usage_of_buffers},
-        },
-        methods::{
-            filtering::FilteringResources,
-            sweeping::{SweepResources, TABLE_ROWS, geometry_term_table},
+            textures::{TextureAndView, usage_of},
         },
     },
     volume::{LookupTable, Rescale},
 };
+
+/// Rows of the lookup table's texture behind the transfer function, for a table of the occlusion method.
+pub(crate) const METHOD_ROWS: u32 = 2;
 
 /// The resources of every volume in the scene, by the main world's entity.
 ///
@@ -75,10 +73,10 @@ pub enum VoxelMask {
 pub(crate) struct VolumeResources {
     /// [V]
     pub gpu_volume: Arc<GpuVolume>,
-    rescale: Rescale,
+    pub rescale: Rescale,
     /// Lowest and highest intensity, as the texture gives them.
-    range: [f64; 2],
-    /// The transfer function; behind it, for octants, their geometry term.
+    pub range: [f64; 2],
+    /// The transfer function, in a row; behind it [`METHOD_ROWS`] for the occlusion method.
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
@@ -87,16 +85,27 @@ pub(crate) struct VolumeResources {
     texels: OcclusionTexels,
     pub uniform: UniformBuffer<VolumeUniform>,
     pub carvers: UniformBuffer<CarverTable>,
-    pub pass: UniformBuffer<OcclusionPassUniform>,
+    pub pass: UniformBuffer<ClipPassUniform>,
     /// Carvers that changed, as they were and as they are.
     pub changes: StorageBuffer<Vec<CarverUniform>>,
-    pub rays: StorageBuffer<Vec<Vec4>>,
     pub bricks: BrickResources,
-    /// Of progressive rays: the sum of what they found so far, a number a voxel.
-    pub ray_sums: Option<Buffer>,
-    pub sweeping: Option<SweepResources>,
-    pub filtering: Option<FilteringResources>,
+    /// What the occlusion method keeps for itself.
+    pub kept: Option<Box<dyn MethodResources>>,
     pub state: VolumeState,
+    pub(super) groups: Option<VolumeGroups>,
+}
+
+/// Group 0 of the passes over one volume; clones are the same groups.
+#[derive(Clone)]
+pub(crate) struct VolumeGroups {
+    /// The maps that are bound.
+    pub(super) maps: [TextureViewId; 2],
+    /// Of passes that find out about bricks.
+    pub volume: BindGroup,
+    /// Of passes that go by what is known of bricks.
+    pub bricks: BindGroup,
+    /// Of passes that light samples as well.
+    pub lit: BindGroup,
 }
 
 impl VolumeStore {
@@ -118,15 +127,13 @@ impl VolumeStore {
         Some((&bricks.voxel_masks, first, size))
     }
 
-    /// Of a volume swept by an isovalue ([`SweepingSurface`](crate::occlusion::SweepingSurface)): the signed distance
-    /// of every voxel from the surface, 32-bit floats, mm, x fastest; below 0 inside, 1e18 or -1e18 where
-    /// there is no surface; as if the grid's axes were perpendicular.
-    pub fn signed_distances(&self, volume: Entity) -> Option<&Buffer> {
-        self.0.get(&MainEntity::from(volume))?.sweeping.as_ref()?.distances.as_ref()
+    /// What the method of a volume keeps, if it is of this type.
+    pub fn kept<T: MethodResources>(&self, volume: Entity) -> Option<&T> {
+        self.0.get(&MainEntity::from(volume))?.kept.as_ref()?.get()
     }
 
     /// Makes what volumes that came, or changed their data, need; frees what the others had.
-    pub(in crate::render) fn update(
+    fn update(
         &mut self,
         scene: &ExtractedScene,
         formats: &Formats,
@@ -146,7 +153,7 @@ impl VolumeStore {
                 );
                 VolumeResources::new(gpu_volume, volume, formats, device, queue)
             });
-            resources.keep_for_method(volume, formats, device);
+            resources.keep_texels(volume, formats, device);
             self.0.insert(volume.entity, resources);
         }
     }
@@ -171,7 +178,7 @@ impl VolumeResources {
     ) -> Self {
         let dimensions = volume.geometry.dimensions;
         let data = &volume.table.volume;
-        let texels = OcclusionTexels::of(&volume.occlusion);
+        let texels = volume.occlusion.texels();
         let mut new = Self {
             rescale: data.rescale(),
             range: data.range().map(|value| data.to_stored(value) / gpu_volume.largest_stored),
@@ -182,7 +189,7 @@ impl VolumeResources {
                     label: Some("contextual_ao_lookup_table"),
                     size: Extent3d {
                         width: LookupTable::ENTRIES as u32,
-                        height: 1 + TABLE_ROWS,
+                        height: 1 + METHOD_ROWS,
                         ..default()
                     },
                     mip_level_count: 1,
@@ -201,12 +208,10 @@ impl VolumeResources {
             carvers: default(),
             pass: default(),
             changes: default(),
-            rays: default(),
             bricks: BrickResources::new(dimensions, device),
-            ray_sums: None,
-            sweeping: None,
-            filtering: None,
+            kept: None,
             state: default(),
+            groups: None,
         };
         // The material binds them in the frame in which the volume comes, before they are known.
         new.uniform.write_buffer(device, queue);
@@ -214,47 +219,23 @@ impl VolumeResources {
         new
     }
 
-    /// Makes what the volume's occlusion method needs for itself, and frees what others had.
-    fn keep_for_method(&mut self, volume: &ExtractedVolume, formats: &Formats, device: &RenderDevice) {
-        let dimensions = volume.geometry.dimensions;
-        let texels = OcclusionTexels::of(&volume.occlusion);
+    /// Makes another occlusion texture where the volume's occlusion has other texels.
+    fn keep_texels(&mut self, volume: &ExtractedVolume, formats: &Formats, device: &RenderDevice) {
+        let texels = volume.occlusion.texels();
         if self.texels != texels {
             self.texels = texels;
-            self.occlusion = occlusion_texture(texels, dimensions, formats, device);
-        }
-        let is_progressive = matches!(volume.occlusion.method, OcclusionMethod::Progressive(_));
-        if is_progressive != self.ray_sums.is_some() {
-            let descriptor = BufferDescriptor {
-                label: Some("contextual_ao_ray_sums"),
-                size: 4 * dimensions.as_u64vec3().element_product(),
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            };
-            self.ray_sums = is_progressive.then(|| device.create_buffer(&descriptor));
-        }
-        self.filtering = FilteringResources::kept(self.filtering.take(), volume, self.range, device);
-        match &volume.occlusion.method {
-            OcclusionMethod::Sweeping(settings) => {
-                let stored = (self.rescale, self.gpu_volume.largest_stored);
-                SweepResources::keep(&mut self.sweeping, settings, volume, stored, device);
-            }
-            _ => self.sweeping = None,
+            self.occlusion = occlusion_texture(texels, volume.geometry.dimensions, formats, device);
         }
     }
 
-    /// What surfaces are oriented by when views draw them: the distance field of a surface that is drawn
-    /// alone, or the clipped opacities.
+    /// What surfaces are oriented by when views draw them.
     pub fn orientations(&self) -> &TextureView {
-        let surface = self.sweeping.as_ref().and_then(|sweeping| sweeping.surface.as_ref());
-        &surface.unwrap_or(&self.opacities).view
+        let kept = self.kept.as_ref().and_then(|kept| kept.orientations());
+        kept.unwrap_or(&self.opacities.view)
     }
 
-    /// Uploads the lookup table and the rays where they changed.
-    pub fn upload(&mut self, volume: &ExtractedVolume, device: &RenderDevice, queue: &RenderQueue) {
-        if !self.state.has_geometry_term && self.texels == OcclusionTexels::Octants {
-            self.state.has_geometry_term = true;
-            self.write_table_rows(1, &geometry_term_table(), queue);
-        }
+    /// Uploads the lookup table where it changed.
+    pub fn upload(&mut self, volume: &ExtractedVolume, queue: &RenderQueue) {
         if self.state.table_revision != Some(volume.table.revision) {
             self.state.table_revision = Some(volume.table.revision);
             self.write_table_rows(0, &volume.table.entries, queue);
@@ -266,15 +247,10 @@ impl VolumeResources {
             let opaque_before: Vec<u32> = iter::once(0).chain(before).collect();
             queue.write_buffer(&self.bricks.opaque_before, 0, bytemuck::cast_slice(&opaque_before));
         }
-        if self.state.rays_for.as_ref() != Some(&volume.occlusion) {
-            self.state.rays_for = Some(volume.occlusion.clone());
-            self.rays.set(ray_table(volume));
-            self.rays.write_buffer(device, queue);
-        }
     }
 
     /// Writes whole rows of the lookup table's texture.
-    fn write_table_rows(&self, first: u32, texels: &[[f32; 4]], queue: &RenderQueue) {
+    pub fn write_table_rows(&self, first: u32, texels: &[[f32; 4]], queue: &RenderQueue) {
         let texture = &self.lookup_table.texture;
         let width = texture.width();
         let origin = Origin3d { y: first, ..default() };
@@ -289,13 +265,25 @@ impl VolumeResources {
     }
 
     fn usage(&self) -> GpuUsage {
-        let sweeping = self.sweeping.as_ref().map(SweepResources::usage).unwrap_or_default();
         usage_of([&self.lookup_table.texture, &self.opacities.texture, &self.occlusion.texture])
             + self.bricks.usage()
-            + usage_of_buffers(&self.ray_sums)
-            + self.filtering.as_ref().map_or_else(default, FilteringResources::usage)
-            + sweeping
+            + self.kept.as_ref().map_or_else(default, |kept| kept.usage())
     }
+}
+
+/// Puts a value where shaders read it, unless it is there. Returns whether it was not.
+pub(crate) fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
+    buffer: &mut UniformBuffer<T>,
+    value: T,
+    device: &RenderDevice,
+    queue: &RenderQueue,
+) -> bool {
+    let is_new = buffer.buffer().is_none() || *buffer.get() != value;
+    if is_new {
+        buffer.set(value);
+        buffer.write_buffer(device, queue);
+    }
+    is_new
 }
 
 /// A texture that passes write and views read.
@@ -310,18 +298,17 @@ fn occlusion_texture(
     formats: &Formats,
     device: &RenderDevice,
 ) -> TextureAndView {
-    written("contextual_ao_occlusion", texels.size(voxels), texels.format(formats), device)
+    let format = if texels.is_scalar() { formats.scalar } else { TextureFormat::Rgba8Unorm };
+    written("contextual_ao_occlusion", texels.size(voxels), format, device)
 }
 
 /// Allocates and frees, before materials bind what there is.
-pub(crate) fn prepare_resources(
+pub(crate) fn keep_volumes(
     scene: Res<ExtractedScene>,
     formats: Res<Formats>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
     mut volumes: ResMut<VolumeStore>,
-    mut clip_maps: ResMut<ClipMaps>,
 ) {
-    clip_maps.update(&scene, &device, &queue);
     volumes.update(&scene, &formats, &device, &queue);
 }

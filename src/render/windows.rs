@@ -1,21 +1,47 @@
-//! Which views look at a volume, and through which pixels.
+//! Which views look at a volume, and through which pixels: found once a frame.
 
 use bevy::{
     ecs::{query::QueryData, system::SystemParam},
     math::Vec4Swizzles,
+    platform::collections::HashMap,
     prelude::*,
     render::{
         camera::{ExtractedCamera, TemporalJitter},
+        render_resource::ShaderType,
         sync_world::MainEntity,
         view::{ExtractedView, RenderVisibleEntities},
     },
 };
 
-use super::FramePlan;
-use crate::render::{
-    extract::{ExtractedScene, ExtractedVolume},
-    volumes::pass_uniforms::WindowUniform,
-};
+use super::extract::{ExtractedScene, ExtractedVolume};
+
+/// A view of a volume, as `Window` in WGSL (`window.wgsl`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct WindowUniform {
+    pub view_from_clip: Mat4,
+    pub world_from_view: Mat4,
+    /// Origin and size, pixels.
+    pub viewport: Vec4,
+    /// Pixels in which the volume may be seen.
+    pub first: UVec2,
+    pub end: UVec2,
+}
+
+/// The windows onto every volume; none onto one that nobody sees.
+#[derive(Resource, Default)]
+pub(crate) struct VolumeWindows(HashMap<MainEntity, Vec<VolumeWindow>>);
+
+impl VolumeWindows {
+    /// Those onto a volume, by its entity in the main world.
+    pub fn onto(&self, volume: MainEntity) -> &[VolumeWindow] {
+        self.0.get(&volume).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether anybody sees a volume: what is not seen is not computed.
+    pub fn show(&self, volume: &ExtractedVolume) -> bool {
+        !self.onto(volume.entity).is_empty()
+    }
+}
 
 /// A view of the scene.
 #[derive(QueryData)]
@@ -33,7 +59,7 @@ pub(crate) struct Views<'w, 's> {
 }
 
 /// A view of one volume.
-pub(crate) struct VolumeView {
+pub(crate) struct VolumeWindow {
     /// The entity of the view.
     pub view: Entity,
     pub uniform: WindowUniform,
@@ -41,7 +67,7 @@ pub(crate) struct VolumeView {
     clip_from_local: Mat4,
 }
 
-impl VolumeView {
+impl VolumeWindow {
     /// The part of it in which some boxes may be seen, each given by its corners in volume space (mm);
     /// `None` if there is none.
     pub fn around(&self, boxes: &[[Vec3; 8]]) -> Option<WindowUniform> {
@@ -55,15 +81,15 @@ impl VolumeView {
     }
 }
 
-/// Finds the views of every volume.
-pub(crate) fn plan_views(scene: Res<ExtractedScene>, views: Views, mut plan: ResMut<FramePlan>) {
+/// Finds the windows onto every volume.
+pub(crate) fn find_windows(scene: Res<ExtractedScene>, views: Views, mut windows: ResMut<VolumeWindows>) {
     let placed = scene.volumes.iter().filter(|volume| volume.is_placed);
-    plan.views = placed.map(|volume| (volume.entity, views.of(volume))).collect();
+    windows.0 = placed.map(|volume| (volume.entity, views.of(volume))).collect();
 }
 
 impl Views<'_, '_> {
     /// The windows onto a volume, of those views that show it.
-    fn of(&self, volume: &ExtractedVolume) -> Vec<VolumeView> {
+    fn of(&self, volume: &ExtractedVolume) -> Vec<VolumeWindow> {
         self.cameras
             .iter()
             .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
@@ -82,7 +108,7 @@ fn window(
     view: &ExtractedView,
     jitter: Option<&TemporalJitter>,
     volume: &ExtractedVolume,
-) -> Option<VolumeView> {
+) -> Option<VolumeWindow> {
     let viewport = view.viewport.as_vec4();
     let mut clip_from_view = view.clip_from_view;
     if let Some(jitter) = jitter {
@@ -94,7 +120,7 @@ fn window(
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
         WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
-    first.cmplt(end).all().then_some(VolumeView { view: entity, uniform, clip_from_local })
+    first.cmplt(end).all().then_some(VolumeWindow { view: entity, uniform, clip_from_local })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -143,7 +169,7 @@ mod tests {
         assert!(first.x > 100 && end.x < 120 && first.y > 110 && end.y < 130, "{first} {end}");
         let around = pixels_of_box(projection, UNIT, viewport);
         assert_eq!(around, (UVec2::new(10, 20), UVec2::new(210, 220)));
-        let window = VolumeView {
+        let window = VolumeWindow {
             view: Entity::PLACEHOLDER,
             uniform: WindowUniform { viewport, first, end, ..default() },
             clip_from_local: far,

@@ -17,21 +17,19 @@ use bevy::{
     },
 };
 
+use super::kept::{KeptRays, RayPassUniform};
 use crate::{
     diagnostics::COUNTERS,
     render::{
         gpu::{
             compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
+            device::Gpu,
             formats::Formats,
         },
-        volumes::{
-            brick_resources::PENDING, pass_uniforms::OcclusionPassUniform, volume_bindings,
-            volume_store::VolumeResources,
-        },
+        volumes::{bricks::PENDING, layouts::bricks_layout, store::VolumeResources},
     },
 };
 
-#[derive(Resource)]
 pub(crate) struct RayCastPasses {
     cast: ComputePass,
     /// Counts its work.
@@ -69,7 +67,7 @@ impl FromWorld for RayCastPasses {
             (
                 texture_3d(TextureSampleType::Float { filterable: true }),
                 sampler(SamplerBindingType::Filtering),
-                uniform_buffer::<OcclusionPassUniform>(false),
+                uniform_buffer::<RayPassUniform>(false),
                 storage_buffer_read_only::<Vec<Vec4>>(false),
                 read,
                 read,
@@ -77,7 +75,7 @@ impl FromWorld for RayCastPasses {
             ),
         )
         .to_vec();
-        let shader: Handle<Shader> = load_embedded_asset!(world, "ray_cast.wgsl");
+        let shader: Handle<Shader> = load_embedded_asset!(world, "cast.wgsl");
         let stages = ShaderStages::COMPUTE;
         let pass = |shader_def: Option<&'static str>, binding: Option<BindGroupLayoutEntry>| {
             let own: Vec<_> = own.iter().copied().chain(binding).collect();
@@ -85,7 +83,7 @@ impl FromWorld for RayCastPasses {
                 name: "contextual_ao_ray_cast",
                 shader: shader.clone(),
                 shader_defs: shader_def.map(Into::into).into_iter().collect(),
-                before: vec![volume_bindings::bricks_layout()],
+                before: vec![bricks_layout()],
                 own: &own,
                 zeroes_memory: true,
                 ..default()
@@ -123,19 +121,17 @@ impl RayCastPasses {
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
-        formats: &Formats,
-        counts: bool,
-        goes_on: bool,
-        cache: &PipelineCache,
-        device: &RenderDevice,
+        kept: &KeptRays,
+        (counts, goes_on): (bool, bool),
+        gpu: &Gpu,
     ) -> Option<RayCastJob> {
         let bricks = &volume.bricks;
-        let (opacities, sampler) = (&volume.opacities.view, &formats.grid_sampler);
-        let (pass, rays) = (volume.pass.binding()?, volume.rays.binding()?);
+        let (opacities, sampler) = (&volume.opacities.view, &gpu.formats.grid_sampler);
+        let (pass, rays) = (kept.pass.binding()?, kept.rays.binding()?);
         let words = bricks.word_list.as_entire_binding();
         let masks = bricks.voxel_masks.as_entire_binding();
         let occlusion = &volume.occlusion.view;
-        let (variant, own) = match &volume.ray_sums {
+        let (variant, own) = match &kept.ray_sums {
             Some(sums) => (Variant::Progressive, Some((8, sums.as_entire_binding()))),
             None if counts => (Variant::Counting, Some((7, self.work.as_entire_binding()))),
             None => (Variant::Plain, None),
@@ -144,7 +140,7 @@ impl RayCastPasses {
         let shared = (0..).zip(shared).map(|(binding, resource)| BindGroupEntry { binding, resource });
         let own = own.map(|(binding, resource)| BindGroupEntry { binding, resource });
         let entries: Vec<_> = shared.chain(own).collect();
-        let group = self.pass(variant).bind_entries(&entries, cache, device);
+        let group = self.pass(variant).bind_entries(&entries, &gpu.cache, &gpu.device);
         Some(RayCastJob {
             group,
             word_list: bricks.word_list.clone(),

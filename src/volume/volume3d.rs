@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 
 use super::{TransferFunction, Volume};
-use crate::occlusion::{AmbientOcclusion, VolumeShading};
 
 /// World units per millimetre of a volume: 1 world unit is 1 m. A volume's [`Transform`] comes on top.
 pub const WORLD_UNITS_PER_MM: f32 = 0.001;
@@ -14,10 +13,13 @@ pub const WORLD_UNITS_PER_MM: f32 = 0.001;
 /// (anterior), so that a patient faces a camera that looks along -z. A millimetre is [`WORLD_UNITS_PER_MM`]
 /// in the entity's space, so a [`Transform`] of scale 1 shows the volume at its size.
 ///
+/// With the plugin it requires [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) and
+/// [`VolumeShading`](crate::occlusion::VolumeShading) as well.
+///
 /// The volume is drawn by a child of the entity; the plugin puts no mesh and no material on the entity itself.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(VolumeTransferFunction, AmbientOcclusion, VolumeShading, OcclusionProgress, Transform, Visibility)]
+#[require(VolumeTransferFunction, OcclusionProgress, Transform, Visibility)]
 pub struct Volume3d(pub Handle<Volume>);
 
 /// The child of a [`Volume3d`] whose box the volume is drawn on.
@@ -34,52 +36,8 @@ pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 /// the meshes of its carvers are on their way to the device.
 ///
 /// What is computed is computed in the frame that shows it: changes of the transfer function, of
-/// [`AmbientOcclusion`] or of a carver's pose do not lower it for longer than a frame. A carver with a new
+/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose do not lower it for longer than a frame. A carver with a new
 /// mesh does, for the frames until it is known how many layers the mesh has.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionProgress(pub f32);
-
-/// Everything a volume needs, with defaults for all but the file.
-///
-/// The camera needs a near plane of about a thousandth of the volume's size:
-/// `PerspectiveProjection { near: 0.001, ..default() }` for a head. Bevy's default of 0.1 world units is 0.1 m
-/// here, and a camera that comes closer than that slices the volume open.
-#[derive(Bundle, Clone, Debug)]
-pub struct VolumeBundle {
-    /// The volume.
-    pub volume: Volume3d,
-    /// Its transfer function.
-    pub transfer_function: VolumeTransferFunction,
-    /// How its occlusion is computed.
-    pub occlusion: AmbientOcclusion,
-    /// How it is drawn.
-    pub shading: VolumeShading,
-    /// Where it is in the world.
-    pub transform: Transform,
-}
-
-impl VolumeBundle {
-    /// A volume with default settings, in the world's origin, at 1 world unit per metre.
-    pub fn new(volume: Handle<Volume>) -> Self {
-        Self {
-            volume: Volume3d(volume),
-            transfer_function: default(),
-            occlusion: default(),
-            shading: default(),
-            transform: default(),
-        }
-    }
-
-    /// Sets the transfer function.
-    pub fn with_transfer_function(mut self, transfer_function: Handle<TransferFunction>) -> Self {
-        self.transfer_function = VolumeTransferFunction(transfer_function);
-        self
-    }
-
-    /// Places the volume.
-    pub fn with_transform(mut self, transform: Transform) -> Self {
-        self.transform = transform;
-        self
-    }
-}

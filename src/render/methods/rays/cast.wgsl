@@ -11,15 +11,29 @@
     brick_bindings::distance_at,
     bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
     listed::{NOTHING, listed_item},
-    occlusion_pass::occlusion_pass,
     volume_bindings::{volume, voxel_index},
     work_list::FRONT,
+}
+
+// Which rays are cast.
+struct RayPass {
+    // The first, and the end, of how many samples.
+    first_ray: u32,
+    end_ray: u32,
+    steps: u32,
+    // 1: rays end when nothing more can change them, and leap over empty bricks.
+    ends_early: u32,
+    leaps: u32,
+    // Progressive: what share of what was found before counts, and the weight of all that is then found.
+    kept: f32,
+    found_weight: f32,
 }
 
 // Opacities after clipping, V_o.
 @group(1) @binding(0) var opacities: texture_3d<f32>;
 // Transparent outside the grid where the device has such samplers, else clamped to the edge.
 @group(1) @binding(1) var grid_sampler: sampler;
+@group(1) @binding(2) var<uniform> ray_pass: RayPass;
 // Two entries a ray, in texture coordinates: the offset of the first sample and the weight; the
 // step between samples.
 @group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
@@ -85,9 +99,9 @@ fn samples_in_grid(start: vec3<f32>, step: vec3<f32>) -> u32 {
 fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
     let voxel_step = step * dimensions;
-    let steps = occlusion_pass.steps;
+    let steps = ray_pass.steps;
     var end = steps;
-    if occlusion_pass.ends_early != 0u {
+    if ray_pass.ends_early != 0u {
         end = min(end, samples_in_grid(start * dimensions, voxel_step));
     }
     var transmittance = 1.0;
@@ -97,7 +111,7 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     var i = 0u;
     while i < end {
         let p = start + f32(i) * step;
-        if occlusion_pass.leaps != 0u {
+        if ray_pass.leaps != 0u {
             let point = p * dimensions;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
@@ -116,7 +130,7 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
 #endif
         if transmittance < OPAQUE {
             transmittance = 0.0;
-            end = select(end, i + 1u, occlusion_pass.ends_early != 0u);
+            end = select(end, i + 1u, ray_pass.ends_early != 0u);
         }
         unit = u32(transmittance / TRANSMITTANCE_UNIT + 0.5);
         sum += unit;
@@ -152,8 +166,8 @@ fn ray_cast(
         let middle = vec3<f32>(voxel) + 0.5 * f32(volume.occlusion_stride);
         let center = middle / vec3<f32>(volume.dimensions);
         var sum = 0u;
-        let first_ray = occlusion_pass.first_ray + lane / count_of_voxels;
-        for (var ray = first_ray; ray < occlusion_pass.end_ray; ray += team) {
+        let first_ray = ray_pass.first_ray + lane / count_of_voxels;
+        for (var ray = first_ray; ray < ray_pass.end_ray; ray += team) {
             let start = rays[2u * ray];
             let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
             sum += u32(factor / FACTOR_UNIT + 0.5);
@@ -166,9 +180,9 @@ fn ray_cast(
         var ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
 #ifdef PROGRESSIVE
         let index = voxel_index(voxel);
-        ambient += occlusion_pass.kept * ray_sums[index];
+        ambient += ray_pass.kept * ray_sums[index];
         ray_sums[index] = ambient;
-        ambient /= occlusion_pass.found_weight;
+        ambient /= ray_pass.found_weight;
 #endif
         textureStore(occlusion, voxel / volume.occlusion_stride, vec4(ambient, 0.0, 0.0, 0.0));
     }

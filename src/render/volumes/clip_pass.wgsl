@@ -1,8 +1,8 @@
-// What a frame does to a volume: the settings of the passes over its bricks and voxels.
+// What a frame does to a volume: the settings of the passes of step IV over its bricks and voxels.
 
-#define_import_path bevy_contextual_ao::occlusion_pass
+#define_import_path bevy_contextual_ao::clip_pass
 
-struct OcclusionPass {
+struct ClipPass {
     // 1: every brick is listed, not only those near a change.
     lists_all: u32,
     // 1: every voxel is stale, not only those that a change affects.
@@ -14,16 +14,6 @@ struct OcclusionPass {
     past_changes: u32,
     // COVERAGE_*
     coverage: u32,
-    // Which rays are cast, of how many samples.
-    first_ray: u32,
-    end_ray: u32,
-    steps: u32,
-    // 1: rays end when nothing more can change them, and leap over empty bricks.
-    ends_early: u32,
-    leaps: u32,
-    // Progressive: what share of what was found before counts, and the weight of all that is then found.
-    kept: f32,
-    found_weight: f32,
 }
 
 // Which stale voxels are cast without being asked for by a view: none; those that some point of a
@@ -37,4 +27,4 @@ const COVERAGE_LINES: u32 = 0u;
 const COVERAGE_POINTS: u32 = 1u;
 const COVERAGE_CENTER: u32 = 2u;
 
-@group(1) @binding(2) var<uniform> occlusion_pass: OcclusionPass;
+@group(1) @binding(2) var<uniform> clip_pass: ClipPass;

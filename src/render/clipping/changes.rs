@@ -1,6 +1,6 @@
 //! What has changed since a volume's clipping was last computed.
 
-use crate::render::volumes::{carver_uniform::CarverUniform, volume_state::Contents};
+use crate::render::volumes::{carver_uniform::CarverUniform, contents::Contents};
 
 /// The difference between two [`Contents`].
 #[derive(Debug, PartialEq)]

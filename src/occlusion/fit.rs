@@ -1,29 +1,39 @@
-//! Which occlusion is computed for a volume: in the main world, so that what draws agrees with what computes.
+//! Which occlusion is computed for a volume: what is asked for, or what the device and the budget leave of it.
 
 use bevy::{prelude::*, render::renderer::RenderDevice};
 
-use super::{filtering, method_bytes::MethodBytes, sweeping};
-use crate::{
-    occlusion::{
-        AmbientOcclusion, FittedOcclusion, GeometryTerm, OcclusionFailed, OcclusionFallback, OcclusionLimit,
-        OcclusionMethod, OcclusionShortfall, OcclusionSweeping,
-    },
-    render::volumes::occlusion_texels::OcclusionTexels,
-    volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget},
+use super::{
+    AmbientOcclusion, MethodBytes, OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall,
 };
+use crate::volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget};
+
+/// The occlusion that is computed for a volume: as it is set, or what fits of it.
+#[derive(Component, Clone, Debug, PartialEq)]
+pub(crate) struct FittedOcclusion {
+    /// Settings within what can be computed.
+    pub occlusion: AmbientOcclusion,
+    pub shortfall: Option<OcclusionShortfall>,
+    /// Bytes that its method takes beside the volume's own.
+    pub bytes: u64,
+}
+
+impl FittedOcclusion {
+    /// Whether there is any.
+    pub fn has_occlusion(&self) -> bool {
+        self.shortfall.is_none_or(|shortfall| shortfall.fallback != OcclusionFallback::Unoccluded)
+    }
+}
+
+/// The occlusion that is computed and drawn: the one before, while pipelines are being compiled.
+#[derive(Component, PartialEq)]
+pub(crate) struct ShownOcclusion(pub FittedOcclusion);
 
 /// What the method of some settings keeps for so many voxels.
 fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> MethodBytes {
-    let texels = OcclusionTexels::of(occlusion);
+    let bytes = occlusion.method.settings().bytes(dimensions);
     let voxels = dimensions.as_u64vec3().element_product();
-    let buffers = match &occlusion.method {
-        OcclusionMethod::Progressive(_) => MethodBytes::of_buffers(&[4 * voxels]),
-        OcclusionMethod::Sweeping(settings) => sweeping::method_bytes(settings, dimensions),
-        OcclusionMethod::Filtering(settings) => filtering::method_bytes(settings, dimensions),
-        _ => MethodBytes::default(),
-    };
-    let texture = texels.bytes(dimensions, stored.scalar).saturating_sub(voxels * stored.scalar);
-    MethodBytes { total: buffers.total + texture, ..buffers }
+    let texture = occlusion.texels().bytes(dimensions, stored.scalar);
+    MethodBytes { total: bytes.total + texture.saturating_sub(voxels * stored.scalar), ..bytes }
 }
 
 /// What there is for one method.
@@ -80,14 +90,8 @@ impl Room {
         let Some((amount, limit, most)) = self.missing(&occlusion, needed, dimensions) else {
             return FittedOcclusion { occlusion, shortfall: None, bytes: needed.total };
         };
-        let (method, fallback) = match occlusion.method {
-            OcclusionMethod::Progressive(_) => (OcclusionMethod::Rays, OcclusionFallback::AllRaysAtOnce),
-            OcclusionMethod::Sweeping(settings) if settings.geometry_term != GeometryTerm::None => {
-                let settings = OcclusionSweeping { geometry_term: GeometryTerm::None, ..settings };
-                (OcclusionMethod::Sweeping(settings), OcclusionFallback::NoGeometryTerm)
-            }
-            _ => (OcclusionMethod::Rays, OcclusionFallback::Unoccluded),
-        };
+        let unoccluded = || (default(), OcclusionFallback::Unoccluded);
+        let (method, fallback) = occlusion.method.instead().unwrap_or_else(unoccluded);
         let shortfall = OcclusionShortfall { needed: amount, limit, most, fallback };
         let less = AmbientOcclusion { method, ..occlusion };
         let fitted = match fallback {
@@ -105,7 +109,7 @@ impl Room {
         needed: MethodBytes,
         dimensions: UVec3,
     ) -> Option<(u64, OcclusionLimit, u64)> {
-        let texels = OcclusionTexels::of(occlusion).size(dimensions);
+        let texels = occlusion.texels().size(dimensions);
         if needed.largest_buffer > self.most_buffer {
             Some((needed.largest_buffer, OcclusionLimit::Buffer, self.most_buffer))
         } else if texels.z > self.most_texels_z {

@@ -4,7 +4,7 @@
 
 #import bevy_contextual_ao::{
     clip_test::is_affected,
-    occlusion_pass::occlusion_pass,
+    clip_pass::clip_pass,
     volume_bindings::Carver,
 }
 
@@ -12,8 +12,8 @@
 
 // Whether the occlusion of a voxel at a point (volume space, mm) may not be what it was.
 fn is_stale(position_mm: vec3<f32>) -> bool {
-    var is_old = occlusion_pass.is_all_stale != 0u;
-    for (var k = 0u; k < occlusion_pass.changes && !is_old; k += 1u) {
+    var is_old = clip_pass.is_all_stale != 0u;
+    for (var k = 0u; k < clip_pass.changes && !is_old; k += 1u) {
         is_old = is_affected(changes[k], position_mm);
     }
     return is_old;

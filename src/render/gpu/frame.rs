@@ -4,17 +4,20 @@ use bevy::{
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
-        render_resource::{CommandEncoder, CommandEncoderDescriptor, PollType},
+        render_resource::{BufferSlice, CommandEncoder, CommandEncoderDescriptor, PollType},
         renderer::{FlushCommands, RenderContext, RenderDevice, RenderQueue},
     },
 };
 use std::time::Instant;
 
-use super::{methods::rays::ray_cast::RayCastPasses, plan::FramePlan};
-use crate::diagnostics::{COUNTERS, ReportChannel};
+use crate::diagnostics::ReportChannel;
+
+/// Whether every pass is waited for and timed by the clock.
+#[derive(Resource, Default)]
+pub(crate) struct TimesByClock(pub bool);
 
 /// Passes being encoded.
-pub(crate) struct Frame<'w, 's, 'a> {
+pub struct Frame<'w, 's, 'a> {
     ctx: RenderContext<'w, 's>,
     queue: &'a RenderQueue,
     times_by_clock: bool,
@@ -23,19 +26,19 @@ pub(crate) struct Frame<'w, 's, 'a> {
 }
 
 impl<'w, 's, 'a> Frame<'w, 's, 'a> {
-    pub fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, plan: &FramePlan) -> Self {
-        Self { ctx, queue, times_by_clock: plan.are_timed_by_clock(), ran: Vec::new() }
+    pub(crate) fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, timing: &TimesByClock) -> Self {
+        Self { ctx, queue, times_by_clock: timing.0, ran: Vec::new() }
     }
 
     /// The same in the schedule of a view. Where passes are timed by the clock, those before it are run
     /// first: what they encoded has to be applied by then ([`are_timed_by_clock`]).
-    pub fn of_view(
+    pub(crate) fn of_view(
         ctx: RenderContext<'w, 's>,
         queue: &'a RenderQueue,
-        plan: &FramePlan,
+        timing: &TimesByClock,
         before: &mut FlushCommands,
     ) -> Self {
-        let frame = Self::new(ctx, queue, plan);
+        let frame = Self::new(ctx, queue, timing);
         if frame.times_by_clock {
             before.flush();
             wait(frame.ctx.render_device());
@@ -43,11 +46,12 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         frame
     }
 
+    /// For what is no pass.
     pub fn encoder(&mut self) -> &mut CommandEncoder {
         self.ctx.command_encoder()
     }
 
-    /// One pass over its jobs; nothing where there are none.
+    /// One pass over its jobs; nothing where there are none. `span` is its name in the diagnostics.
     pub fn pass<J>(
         &mut self,
         span: &'static str,
@@ -79,17 +83,14 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         }
     }
 
-    /// Sends the counters to the diagnostics.
-    pub fn record_work(&mut self, ray_cast: &RayCastPasses) {
+    /// Sends a word of a buffer to the diagnostics.
+    pub(crate) fn record_word(&mut self, name: &'static str, word: &BufferSlice) {
         let recorder = self.ctx.diagnostic_recorder();
         let recorder = recorder.as_deref();
-        for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
-            let word = ray_cast.work.slice(offset..offset + 4);
-            recorder.record_u32(self.ctx.command_encoder(), &word, name);
-        }
+        recorder.record_u32(self.ctx.command_encoder(), word, name);
     }
 
-    pub fn report(self, channel: &ReportChannel) {
+    pub(crate) fn report(self, channel: &ReportChannel) {
         let Ok(mut report) = channel.0.lock() else {
             return;
         };
@@ -120,6 +121,6 @@ fn wait(device: &RenderDevice) {
 
 /// Whether passes are timed by the clock: a pass in the schedule of a view then needs an `ApplyDeferred`
 /// before it, which that schedule does not insert by itself.
-pub(crate) fn are_timed_by_clock(plan: Res<FramePlan>) -> bool {
-    plan.are_timed_by_clock()
+pub(crate) fn are_timed_by_clock(timing: Res<TimesByClock>) -> bool {
+    timing.0
 }

@@ -1,16 +1,8 @@
 //! The data that every shader reads of a volume (`volume_bindings.wgsl`).
 
-use bevy::{
-    math::{DMat4, DVec3},
-    prelude::*,
-    render::render_resource::ShaderType,
-};
+use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
-use crate::{
-    occlusion::{AmbientOcclusion, GeometryTerm, OcclusionMethod, Shortcuts},
-    render::extract::ExtractedVolume,
-    volume::LookupTable,
-};
+use crate::{occlusion::Shortcuts, render::extract::ExtractedVolume, volume::LookupTable};
 
 /// One volume, as `VolumeUniform` in WGSL.
 #[derive(Clone, Debug, Default, PartialEq, ShaderType)]
@@ -65,17 +57,12 @@ impl VolumeUniform {
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let mode = volume.shading.mode;
-        let is_of_voxels = volume.occlusion.method.is_of_voxels();
+        let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
         let stride = volume.occlusion.resolution.stride();
         // A surface has all its light where it is turned to octants of full weight.
         let weights = volume.occlusion.sky.normalized();
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
-        let (power, both_sides) = match volume.occlusion.method {
-            OcclusionMethod::Sweeping(sweeping) => {
-                (sweeping.gamma.recip(), f32::from(sweeping.geometry_term == GeometryTerm::BothSides))
-            }
-            _ => (1.0, 0.0),
-        };
+        let drawing = volume.occlusion.method.settings().drawing();
         // What blocks at the far edges have beyond the grid is counted.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
@@ -107,9 +94,9 @@ impl VolumeUniform {
             occlusion_stride: stride,
             low_octants: Vec4::from_slice(&octants[..4]),
             high_octants: Vec4::from_slice(&octants[4..]),
-            occlusion_power: power,
-            both_sides,
-            march_share: f32::from(!has_occlusion || volume.direct().is_none()),
+            occlusion_power: drawing.power,
+            both_sides: f32::from(drawing.both_sides),
+            march_share: f32::from(!has_occlusion || !volume.is_drawn_by_method()),
         }
     }
 }
@@ -139,43 +126,6 @@ fn bits_of(carvers: usize) -> u32 {
     if carvers < 32 { (1 << carvers) - 1 } else { u32::MAX }
 }
 
-/// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
-/// the first sample and the weight, then the step between samples. If they are cast one after the other, in
-/// an order in which the first ones go in all directions.
-pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
-    let geometry = &volume.geometry;
-    let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
-    let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
-    let step = volume.occlusion.step_length_mm(geometry);
-    let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
-    let mut rays = volume.occlusion.rays(geometry);
-    if let OcclusionMethod::Progressive(_) = volume.occlusion.method {
-        rays = spread(rays);
-    }
-    rays.into_iter()
-        .flat_map(|ray| {
-            [
-                to_texture(ray.direction * start).extend(ray.weight as f32),
-                to_texture(ray.direction * step).extend(0.0),
-            ]
-        })
-        .collect()
-}
-
-/// Puts neighbours in a list far from each other: a golden section of it lies between them, or about that, so
-/// that each comes once.
-fn spread<T: Copy>(list: Vec<T>) -> Vec<T> {
-    let count = list.len();
-    let golden = (0.618 * count as f64).round() as usize;
-    let stride = (golden..).find(|&stride| greatest_divisor(stride, count) == 1).unwrap_or(1);
-    (0..count).map(|k| list[k * stride % count]).collect()
-}
-
-/// The greatest common divisor.
-fn greatest_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_divisor(b, a % b) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,16 +137,6 @@ mod tests {
         let stored = intensity * largest_stored;
         let is_whole = (stored - stored.round()).abs() < 1e-3 + 3e-7 * stored;
         (if is_whole { stored.round() } else { stored } - first) * density
-    }
-
-    #[test]
-    fn spreading_keeps_everything() {
-        for count in 0..60 {
-            let mut spread = spread((0..count).collect());
-            spread.sort_unstable();
-            assert_eq!(spread, (0..count).collect::<Vec<_>>());
-        }
-        assert_eq!(spread(vec![0, 1, 2, 3, 4]), [0, 3, 1, 4, 2]);
     }
 
     #[test]

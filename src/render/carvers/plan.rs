@@ -2,6 +2,7 @@
 
 use bevy::{
     ecs::system::SystemParam,
+    platform::collections::HashMap,
     prelude::*,
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
@@ -11,28 +12,49 @@ use bevy::{
     },
 };
 
-use super::FramePlan;
+use super::{
+    clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
+    clip_keys::{DepthKey, DilationKey},
+    clip_maps::{ClipMaps, ReadyCarver, Slot},
+    clip_textures::ClipTextures,
+    count_surfaces::CountJob,
+    dilate::DilateJob,
+    passes::CarverPasses,
+    peel::PeelJob,
+    surface_count::layers_of,
+};
 use crate::{
     clip::{ClipMeshCutOff, MAX_LAYERS},
     render::{
-        carvers::{
-            clip_draw::{ClipDrawPipeline, ClipMeshDraw, MeshSource},
-            clip_keys::{DepthKey, DilationKey},
-            clip_maps::{ClipMaps, ReadyCarver, Slot},
-            clip_textures::ClipTextures,
-            surface_count::layers_of,
-        },
         extract::{ExtractedCarver, ExtractedScene, ExtractedVolume, Influence},
-        passes::Passes,
+        windows::VolumeWindows,
     },
 };
 
-/// What planning the passes over carvers takes.
+/// The passes of this frame over carvers, in the order in which they are encoded.
+#[derive(Resource, Default)]
+pub(crate) struct CarverPlan {
+    pub counts: Vec<CountJob>,
+    pub depth_maps: Vec<PeelJob>,
+    pub dilations: Vec<DilateJob>,
+    /// Carvers whose maps are there (or will be, when this frame's passes ran).
+    pub ready: HashMap<Entity, ReadyCarver>,
+    /// Some carver's mesh or pipelines are not there yet.
+    pub waits: bool,
+    /// Layers that the carvers' meshes need in all.
+    pub layers_wanted: u32,
+    /// Carvers that get fewer.
+    pub cut_off: Vec<ClipMeshCutOff>,
+    /// Counts maps redrawn.
+    maps_revision: u64,
+}
+
+/// What planning takes.
 #[derive(SystemParam)]
-pub(crate) struct CarverPasses<'w> {
+pub(crate) struct PlanParts<'w> {
     draw: Res<'w, ClipDrawPipeline>,
     specialized: ResMut<'w, SpecializedRenderPipelines<ClipDrawPipeline>>,
-    passes: Passes<'w>,
+    passes: CarverPasses<'w>,
     meshes: Res<'w, RenderAssets<RenderMesh>>,
     allocator: Res<'w, MeshAllocator>,
     device: Res<'w, RenderDevice>,
@@ -43,23 +65,24 @@ pub(crate) struct CarverPasses<'w> {
 /// a new mesh is not ready, the old one carves on.
 pub(crate) fn plan_carvers(
     scene: Res<ExtractedScene>,
-    mut carver_passes: CarverPasses,
+    windows: Res<VolumeWindows>,
+    mut parts: PlanParts,
     mut clip_maps: ResMut<ClipMaps>,
-    mut plan: ResMut<FramePlan>,
+    mut plan: ResMut<CarverPlan>,
 ) {
     plan.counts.clear();
     plan.depth_maps.clear();
     plan.dilations.clear();
-    plan.carvers.clear();
-    plan.carvers_wait = false;
-    let are_ready = carver_passes.passes.over_carvers_are_ready();
+    plan.ready.clear();
+    plan.waits = false;
+    let are_ready = parts.passes.are_ready();
     if clip_maps.textures.is_none() || !are_ready {
-        plan.carvers_wait = !scene.carvers.is_empty();
+        plan.waits = !scene.carvers.is_empty();
         return;
     }
-    count_surfaces(&scene, &mut carver_passes, &mut clip_maps, &mut plan);
+    count_surfaces(&scene, &windows, &mut parts, &mut clip_maps, &mut plan);
     let wanted = layers_wanted(&scene, &clip_maps, &mut plan);
-    clip_maps.place(&wanted, &carver_passes.device, &carver_passes.queue);
+    clip_maps.place(&wanted, &parts.device, &parts.queue);
     let ClipMaps { textures: Some(textures), slots } = &mut *clip_maps else {
         return;
     };
@@ -73,12 +96,12 @@ pub(crate) fn plan_carvers(
             // It carves nothing.
             continue;
         }
-        if !is_seen(carver, &scene, &plan) {
+        if !is_seen(carver, &scene, &windows) {
             // Nobody sees it; until then it is only known what its maps will take.
-            plan.carvers_wait |= slot.count.of(carver.mesh).is_none();
+            plan.waits |= slot.count.of(carver.mesh).is_none();
             continue;
         }
-        plan.carvers_wait |= draw_layers(carver, slot, textures, &mut carver_passes, &mut plan).is_none();
+        plan.waits |= draw_layers(carver, slot, textures, &mut parts, &mut plan).is_none();
         let (Some((drawn, _)), layers) = (slot.drawn, slot.layers) else {
             continue;
         };
@@ -90,7 +113,7 @@ pub(crate) fn plan_carvers(
         };
         if slot.dilated != Some(dilation) {
             for layer in layers.first..layers.first + layers.count {
-                let CarverPasses { passes: Passes { dilate, cache, .. }, device, queue, .. } = &carver_passes;
+                let PlanParts { passes: CarverPasses { dilate, cache, .. }, device, queue, .. } = &parts;
                 plan.dilations.extend(dilate.bind_layer(dilation, layer, textures, cache, device, queue));
             }
             slot.dilated = Some(dilation);
@@ -98,16 +121,17 @@ pub(crate) fn plan_carvers(
             slot.revision = plan.maps_revision;
         }
         let ready = ReadyCarver { layers, frame: drawn.frame, dilation, revision: slot.revision };
-        plan.carvers.insert(carver.entity, ready);
+        plan.ready.insert(carver.entity, ready);
     }
 }
 
 /// Plans to count the surfaces of meshes that are new or have changed.
 fn count_surfaces(
     scene: &ExtractedScene,
-    carver_passes: &mut CarverPasses,
+    windows: &VolumeWindows,
+    parts: &mut PlanParts,
     clip_maps: &mut ClipMaps,
-    plan: &mut FramePlan,
+    plan: &mut CarverPlan,
 ) {
     let ClipMaps { textures: Some(textures), slots } = clip_maps else {
         return;
@@ -116,15 +140,15 @@ fn count_surfaces(
         let Some(slot) = slots.get_mut(&carver.entity) else {
             continue;
         };
-        slot.count.receive(&carver_passes.device);
+        slot.count.receive(&parts.device);
         let key = DepthKey::of(carver, textures.depth_map_size);
         // The surfaces of a mesh that deforms unseen are those that it had.
-        let is_needed = slot.count.of(carver.mesh).is_none() || is_seen(carver, scene, plan);
+        let is_needed = slot.count.of(carver.mesh).is_none() || is_seen(carver, scene, windows);
         if is_needed
             && slot.count.is_wanted(&key)
-            && let Some(draw) = carver_passes.prepare(carver)
+            && let Some(draw) = parts.prepare(carver)
         {
-            let CarverPasses { passes: Passes { count, cache, .. }, device, .. } = &*carver_passes;
+            let PlanParts { passes: CarverPasses { count, cache, .. }, device, .. } = &*parts;
             plan.counts.push(count.begin(draw, key, &mut slot.count, textures, cache, device));
         }
     }
@@ -132,7 +156,7 @@ fn count_surfaces(
 
 /// How many layers each carver is to get whose surfaces are known. All together get no more than
 /// the arrays can have; where it is not enough, those that were spawned first get theirs.
-fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut FramePlan) -> Vec<(Entity, u32)> {
+fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut CarverPlan) -> Vec<(Entity, u32)> {
     let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
     let mut spare = scene.clip_capacity.most;
     let mut others = scene.carvers.len() as u32;
@@ -169,8 +193,8 @@ fn draw_layers(
     carver: &ExtractedCarver,
     slot: &mut Slot,
     textures: &mut ClipTextures,
-    carver_passes: &mut CarverPasses,
-    plan: &mut FramePlan,
+    parts: &mut PlanParts,
+    plan: &mut CarverPlan,
 ) -> Option<()> {
     let key = DepthKey::of(carver, textures.depth_map_size);
     let surfaces = slot.count.of(carver.mesh)?;
@@ -181,9 +205,8 @@ fn draw_layers(
     if slot.layers.count == 0 {
         return None;
     }
-    let draw = carver_passes.prepare(carver)?;
-    let CarverPasses { draw: clip_draw, passes: Passes { peel, cache, .. }, device, queue, .. } =
-        carver_passes;
+    let draw = parts.prepare(carver)?;
+    let PlanParts { draw: clip_draw, passes: CarverPasses { peel, cache, .. }, device, queue, .. } = parts;
     plan.depth_maps.push(peel.bind_mesh(
         draw,
         slot.layers,
@@ -199,7 +222,7 @@ fn draw_layers(
     Some(())
 }
 
-impl CarverPasses<'_> {
+impl PlanParts<'_> {
     /// What it takes to draw a carver's mesh; `None` while it is not there.
     fn prepare(&mut self, carver: &ExtractedCarver) -> Option<ClipMeshDraw> {
         let source =
@@ -211,8 +234,8 @@ impl CarverPasses<'_> {
 }
 
 /// Whether anybody sees a volume that a carver carves.
-fn is_seen(carver: &ExtractedCarver, scene: &ExtractedScene, plan: &FramePlan) -> bool {
-    scene.volumes.iter().any(|volume| plan.sees(volume) && carver.clip_mesh.carves(volume.entity.id()))
+fn is_seen(carver: &ExtractedCarver, scene: &ExtractedScene, windows: &VolumeWindows) -> bool {
+    scene.volumes.iter().any(|volume| windows.show(volume) && carver.clip_mesh.carves(volume.entity.id()))
 }
 
 /// How far a carver acts on any of the volumes that it carves.

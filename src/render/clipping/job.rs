@@ -1,0 +1,101 @@
+//! The passes of step IV over one volume, bound.
+
+use bevy::render::{
+    render_resource::{BindGroup, Buffer, CommandEncoder},
+    renderer::{RenderDevice, RenderQueue},
+};
+
+use super::{distances::DistanceGroups, passes::ClippingPasses, step::ClipStep};
+use crate::render::volumes::{
+    bricks::{BrickResources, PENDING, work_group},
+    carver_uniform::CarverUniform,
+    store::{VolumeGroups, VolumeResources, write_if_changed},
+};
+
+/// The passes over one volume.
+pub(crate) struct ClipJob {
+    pub groups: VolumeGroups,
+    /// Number of bricks.
+    pub bricks: u32,
+    /// Once per volume.
+    pub ranges: Option<BindGroup>,
+    /// Where carvers or anything else changed.
+    pub carve: Option<CarveJob>,
+}
+
+/// Finds what changed and clips it.
+pub(crate) struct CarveJob {
+    voxel_masks: Buffer,
+    /// First byte and size of the mask of pending voxels.
+    pending: (u64, u64),
+    pub cull: BindGroup,
+    /// The list of bricks that it fills.
+    pub bricks: BindGroup,
+    pub clip: BindGroup,
+    pub brick_list: Buffer,
+    /// The list of voxels to be cast.
+    pub words: BindGroup,
+    pub distances: DistanceGroups,
+}
+
+impl CarveJob {
+    /// Forgets voxels whose rays were to go on being cast: the list begins anew.
+    pub fn forget_pending(&self, encoder: &mut CommandEncoder) {
+        let (first, size) = self.pending;
+        encoder.clear_buffer(&self.voxel_masks, first, Some(size));
+    }
+}
+
+impl ClippingPasses<'_> {
+    /// Writes what the passes read and makes their bind groups; `None` where there is nothing to do.
+    pub fn bind(
+        &self,
+        step: &ClipStep,
+        volume: &mut VolumeResources,
+        groups: &VolumeGroups,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> Option<ClipJob> {
+        write_if_changed(&mut volume.pass, step.pass, device, queue);
+        if !step.finds_ranges && step.changes.is_none() {
+            return None;
+        }
+        let changes = step.changes.clone();
+        let carve = match changes {
+            Some(changes) => Some(self.bind_carve(changes, volume, device, queue)?),
+            None => None,
+        };
+        Some(ClipJob {
+            groups: groups.clone(),
+            bricks: volume.bricks.bricks,
+            ranges: step.finds_ranges.then(|| self.ranges.bind_volume(volume, &self.cache, device)),
+            carve,
+        })
+    }
+
+    fn bind_carve(
+        &self,
+        mut changes: Vec<CarverUniform>,
+        volume: &mut VolumeResources,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> Option<CarveJob> {
+        let cache = &*self.cache;
+        BrickResources::empty(&volume.bricks.word_list, queue);
+        BrickResources::empty(&volume.bricks.brick_list, queue);
+        // A binding cannot be empty.
+        changes.push(CarverUniform::default());
+        volume.changes.set(changes);
+        volume.changes.write_buffer(device, queue);
+        Some(CarveJob {
+            voxel_masks: volume.bricks.voxel_masks.clone(),
+            pending: volume.bricks.mask(PENDING),
+            cull: self.cull.bind_volume(volume, cache, device)?,
+            bricks: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
+            clip: self.clip.bind_volume(volume, cache, device)?,
+            brick_list: volume.bricks.brick_list.clone(),
+            words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
+            distances: self.distances.bind_volume(volume, cache, device),
+        })
+    }
+}

@@ -1,0 +1,114 @@
+//! What step IV has to do for a volume this frame, given what is on the device for it.
+
+use bevy::prelude::*;
+
+use super::changes::Changes;
+use crate::{
+    occlusion::Shortcuts,
+    render::{
+        extract::ExtractedVolume,
+        volumes::{
+            carver_uniform::CarverUniform,
+            clip_pass::{ClipPassUniform, Queue},
+            contents::Contents,
+            store::VolumeResources,
+        },
+    },
+};
+
+/// What an occlusion method asks of clipping.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Demand {
+    /// Which stale voxels are listed.
+    pub(crate) queue: Queue,
+    /// Whether all voxels are stale as soon as one is.
+    pub(crate) restarts: bool,
+}
+
+/// What has to be done.
+pub(crate) struct ClipStep {
+    pub finds_ranges: bool,
+    /// Carvers whose surroundings are clipped anew; `None` where nothing is.
+    pub changes: Option<Vec<CarverUniform>>,
+    /// Whether all voxels are stale, not only those near a change.
+    pub is_all_stale: bool,
+    /// Whether nothing changed but the transfer function.
+    pub changes_table_alone: bool,
+    pub queue: Queue,
+    pub pass: ClipPassUniform,
+}
+
+impl ClipStep {
+    /// Whether occlusion may not be what it was.
+    pub fn has_changes(&self) -> bool {
+        self.changes.is_some()
+    }
+}
+
+impl VolumeResources {
+    /// Decides what is clipped this frame, and records it as done: once planned, it is.
+    pub fn clip_step(
+        &mut self,
+        volume: &ExtractedVolume,
+        contents: Contents,
+        demand: Demand,
+        shortcuts: &Shortcuts,
+    ) -> ClipStep {
+        let state = &mut self.state;
+        let recomputes_all = volume.shading.mode.recomputes_all();
+        let Demand { queue, restarts } = demand;
+        let queues_more = queue != Queue::None && queue != state.queue;
+        let changes = if recomputes_all || queues_more {
+            Changes::All
+        } else {
+            match Changes::between(state.contents.as_ref(), &contents) {
+                Changes::Carvers { past, present } if restarts && past.len() + present.len() > 0 => {
+                    Changes::All
+                }
+                changes => changes,
+            }
+        };
+        let is_all_stale = changes == Changes::All;
+        let all_carvers = || contents.carvers.iter().map(|(carver, _)| *carver);
+        let (changes, past) = match changes {
+            Changes::All => (Some(Vec::new()), 0),
+            Changes::Carvers { past, present } if !past.is_empty() || !present.is_empty() => {
+                let count = past.len();
+                (Some(past.into_iter().chain(present).collect()), count)
+            }
+            // As if all had just come.
+            _ if !shortcuts.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
+            _ => (None, 0),
+        };
+        let differs_in_table_alone = |old: &Contents| old.differs_in_table_alone(&contents);
+        let pass = ClipPassUniform {
+            lists_all: (is_all_stale || !shortcuts.lists).into(),
+            is_all_stale: is_all_stale.into(),
+            queue: queue as u32,
+            changes: changes.as_ref().map_or(0, |changes| changes.len() as u32),
+            past_changes: past as u32,
+            coverage: contents.coverage as u32,
+        };
+        let step = ClipStep {
+            finds_ranges: state.ranges_for != Some(volume.occlusion.resolution),
+            changes_table_alone: !recomputes_all
+                && state.contents.as_ref().is_some_and(differs_in_table_alone),
+            changes,
+            is_all_stale,
+            queue,
+            pass,
+        };
+        state.ranges_for = Some(volume.occlusion.resolution);
+        state.contents = Some(contents);
+        state.queue = queue;
+        step
+    }
+}
+
+/// Where carvers that changed may show, as boxes around them; `None` if that is everywhere.
+pub(crate) fn outlines(changes: &[CarverUniform], volume: &ExtractedVolume) -> Option<Vec<[Vec3; 8]>> {
+    // A point reads voxels that are up to a cell's diagonal away; another for rounding.
+    let geometry = &volume.geometry;
+    let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
+    changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect()
+}

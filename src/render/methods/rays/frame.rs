@@ -1,0 +1,140 @@
+//! Which views are followed in a frame, and which rays are cast.
+
+use bevy::{prelude::*, render::render_resource::BindGroup};
+use core::ops::Range;
+
+use super::{
+    Rays,
+    cast::RayCastJob,
+    kept::{KeptRays, RayPassUniform, RayProgress},
+    mark::MarkJob,
+};
+use crate::{
+    occlusion::{ProgressiveRays, Shortcuts},
+    render::{
+        clipping::step::{Demand, outlines},
+        extract::ExtractedVolume,
+        gpu::device::Gpu,
+        methods::voxel_method::VolumeFrame,
+        volumes::{
+            bricks::{BrickResources, work_group},
+            clip_pass::Queue,
+            store::write_if_changed,
+        },
+        windows::{VolumeWindow, WindowUniform},
+    },
+};
+
+/// The passes over one volume.
+pub(in crate::render) struct RaysJob {
+    pub(super) volume: BindGroup,
+    /// The list of voxels.
+    pub(super) words: BindGroup,
+    /// Views to be followed, which fill the list.
+    pub(super) marks: Vec<MarkJob>,
+    pub(super) cast: RayCastJob,
+}
+
+/// The settings of rays that are cast in several frames, where they are.
+fn progressive(volume: &ExtractedVolume) -> Option<ProgressiveRays> {
+    let mode = volume.shading.mode;
+    let settings = volume.occlusion.method.get().copied();
+    settings.filter(|_| mode.uses_occlusion() && !mode.recomputes_all())
+}
+
+/// What clipping has to list: nothing where views are followed.
+pub(super) fn demand(volume: &ExtractedVolume, shortcuts: &Shortcuts) -> Demand {
+    let mode = volume.shading.mode;
+    // All rays begin anew.
+    let restarts = progressive(volume).is_some();
+    let queue = if !mode.uses_occlusion() {
+        Queue::None
+    } else if mode.recomputes_all() {
+        Queue::All
+    } else if shortcuts.demand && !restarts {
+        Queue::None
+    } else if shortcuts.sampleable {
+        Queue::Sampleable
+    } else {
+        Queue::Visible
+    };
+    Demand { queue, restarts }
+}
+
+impl Rays {
+    /// Decides what is cast, and records it as done: once planned, it is.
+    pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
+        let VolumeFrame { volume, resources, step, windows, shortcuts, .. } = *frame;
+        let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
+        let views = if follows_views { windows } else { &[] };
+        let unmarked = unmarked(views, &kept.marked, frame);
+        kept.marked = views.iter().map(|view| view.uniform).collect();
+
+        let rays = kept.rays.get();
+        let all_rays = rays.len() as u32 / 2;
+        let progressive = progressive(volume);
+        let (cast, kept_share) = match progressive {
+            Some(settings) => rays_of_frame(settings, kept.progress, step.is_all_stale, all_rays),
+            None => (0..all_rays, 0.0),
+        };
+        let cast_weight: f32 = cast.clone().map(|ray| rays[2 * ray as usize].w).sum();
+        let found_weight = kept.progress.weight * kept_share + cast_weight;
+        kept.progress = RayProgress { rays: cast.end, weight: found_weight };
+        let continues = progressive.is_some() && step.queue != Queue::None && !cast.is_empty();
+        let lists_stale = step.has_changes() && step.queue != Queue::None;
+        if unmarked.is_empty() && !lists_stale && !continues {
+            return None;
+        }
+
+        let pass = RayPassUniform {
+            first_ray: cast.start,
+            end_ray: cast.end,
+            steps: volume.occlusion.steps,
+            ends_early: shortcuts.early_end.into(),
+            leaps: shortcuts.leaps.into(),
+            kept: kept_share,
+            found_weight,
+        };
+        write_if_changed(&mut kept.pass, pass, &gpu.device, &gpu.queue);
+        // Rays that go on being cast go on with the same list.
+        if kept.ray_sums.is_none() {
+            BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
+        }
+        let goes_on = continues && cast.end < all_rays;
+        let marks = unmarked.into_iter();
+        Some(RaysJob {
+            volume: frame.group().clone(),
+            words: work_group(&resources.bricks, &resources.bricks.word_list, &gpu.cache, &gpu.device),
+            marks: marks.filter_map(|window| self.mark.bind_window(window, gpu)).collect(),
+            cast: self.cast.bind_volume(resources, kept, (self.counts_work, goes_on), gpu)?,
+        })
+    }
+}
+
+/// The parts of views in which they may read what they have not read before.
+fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFrame) -> Vec<WindowUniform> {
+    let VolumeFrame { volume, step, shortcuts, .. } = *frame;
+    // What a view reads that it has read before can differ only where one of the changes shows.
+    let few = step.changes.as_ref().filter(|_| shortcuts.outlines && !step.is_all_stale);
+    let outlines = few.and_then(|changes| outlines(changes, volume));
+    let unread = |view: &VolumeWindow| {
+        let is_new = frame.looks_different || !marked.contains(&view.uniform);
+        match &outlines {
+            Some(outlines) if !is_new => view.around(outlines),
+            _ => (is_new || step.has_changes() || !shortcuts.rest).then_some(view.uniform),
+        }
+    };
+    views.iter().filter_map(unread).collect()
+}
+
+/// Which of all rays a frame casts, and what part of the weight of those before counts; after a change it begins
+/// anew.
+fn rays_of_frame(
+    settings: ProgressiveRays,
+    before: RayProgress,
+    has_changed: bool,
+    all_rays: u32,
+) -> (Range<u32>, f32) {
+    let (first, kept) = if has_changed { (0, settings.kept_on_change) } else { (before.rays, 1.0) };
+    (first..first.saturating_add(settings.rays_per_frame).min(all_rays), kept)
+}

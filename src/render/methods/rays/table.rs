@@ -1,0 +1,60 @@
+//! The rays around a voxel, as the cast reads them.
+
+use bevy::{math::DVec3, prelude::*};
+
+use crate::{
+    occlusion::{AmbientOcclusion, ProgressiveRays},
+    render::extract::ExtractedVolume,
+};
+
+/// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
+/// the first sample and the weight, then the step between samples. If they are cast one after the other, in
+/// an order in which the first ones go in all directions.
+pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
+    let geometry = &volume.geometry;
+    let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
+    let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
+    let step = volume.occlusion.step_length_mm(geometry);
+    let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
+    let mut rays = volume.occlusion.rays(geometry);
+    if volume.occlusion.method.get::<ProgressiveRays>().is_some() {
+        rays = spread(rays);
+    }
+    rays.into_iter()
+        .flat_map(|ray| {
+            [
+                to_texture(ray.direction * start).extend(ray.weight as f32),
+                to_texture(ray.direction * step).extend(0.0),
+            ]
+        })
+        .collect()
+}
+
+/// Puts neighbours in a list far from each other: a golden section of it lies between them, or about that, so
+/// that each comes once.
+fn spread<T: Copy>(list: Vec<T>) -> Vec<T> {
+    let count = list.len();
+    let golden = (0.618 * count as f64).round() as usize;
+    let stride = (golden..).find(|&stride| greatest_divisor(stride, count) == 1).unwrap_or(1);
+    (0..count).map(|k| list[k * stride % count]).collect()
+}
+
+/// The greatest common divisor.
+fn greatest_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spreading_keeps_everything() {
+        for count in 0..60 {
+            let mut spread = spread((0..count).collect());
+            spread.sort_unstable();
+            assert_eq!(spread, (0..count).collect::<Vec<_>>());
+        }
+        assert_eq!(spread(vec![0, 1, 2, 3, 4]), [0, 3, 1, 4, 2]);
+    }
+}

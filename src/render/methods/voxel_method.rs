@@ -1,0 +1,141 @@
+//! What a method is that computes the occlusion of voxels. The core runs methods by this trait, and names none.
+
+use bevy::{
+    prelude::*,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutDescriptor, PipelineCache, TextureFormat, TextureView,
+    },
+};
+
+use crate::{
+    occlusion::{MethodSettings, OcclusionMethod, Shortcuts},
+    render::{
+        clipping::step::{ClipStep, Demand},
+        extract::ExtractedVolume,
+        gpu::{device::Gpu, formats::Formats, frame::Frame},
+        volumes::{
+            kept::MethodResources,
+            layouts::bricks_layout,
+            store::{VolumeGroups, VolumeResources},
+        },
+        windows::VolumeWindow,
+    },
+};
+
+/// A method that computes the occlusion of voxels: its passes, and what they need.
+///
+/// [`VoxelMethodPlugin`](super::VoxelMethodPlugin) adds it to an app; `docs/adding_a_method.md` shows one.
+pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
+    /// What it keeps on the GPU for a volume.
+    type Kept: MethodResources;
+    /// Its passes over one volume in one frame, with what they bind.
+    type Job: Send + Sync;
+
+    /// Whether it computes what these settings ask for.
+    fn computes(&self, method: &OcclusionMethod) -> bool;
+
+    /// Whether its pipelines are there for these settings. They are compiled from the first time on that this is
+    /// asked.
+    fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool;
+
+    /// Reads what it needs of the render world, at the beginning of a frame.
+    fn read(&mut self, world: &World) {
+        let _ = world;
+    }
+
+    /// Makes what it keeps for a volume, of what it kept before as much as will do. Called in every frame, whether
+    /// anybody sees the volume or not.
+    fn keep(&self, kept: Option<Self::Kept>, volume: &KeptVolume, gpu: &Gpu) -> Self::Kept;
+
+    /// What it asks of clipping.
+    #[doc(hidden)]
+    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand {
+        let _ = (volume, shortcuts);
+        default()
+    }
+
+    /// Writes and binds what its passes read; `None` where nothing has to be computed. Called in every frame in
+    /// which the volume is seen.
+    fn plan(&self, kept: &mut Self::Kept, volume: &VolumeFrame, gpu: &Gpu) -> Option<Self::Job>;
+
+    /// Encodes the passes over all volumes.
+    fn encode(&self, jobs: &[Self::Job], frame: &mut Frame, cache: &PipelineCache);
+}
+
+/// A volume of which a method keeps something.
+pub struct KeptVolume<'a> {
+    pub(crate) volume: &'a ExtractedVolume,
+    pub(crate) resources: &'a VolumeResources,
+}
+
+impl KeptVolume<'_> {
+    /// The settings of its method, if they are of this type.
+    pub fn settings<S: MethodSettings>(&self) -> Option<&S> {
+        self.volume.occlusion.method.get()
+    }
+
+    /// Its voxels along each axis.
+    pub fn dimensions(&self) -> UVec3 {
+        self.volume.geometry.dimensions
+    }
+}
+
+/// A volume in a frame in which it is seen.
+pub struct VolumeFrame<'a> {
+    pub(crate) volume: &'a ExtractedVolume,
+    pub(crate) resources: &'a VolumeResources,
+    pub(crate) groups: &'a VolumeGroups,
+    pub(crate) step: &'a ClipStep,
+    pub(crate) windows: &'a [VolumeWindow],
+    /// Whether it is drawn otherwise than before, for any reason.
+    pub(crate) looks_different: bool,
+    pub(crate) shortcuts: &'a Shortcuts,
+}
+
+impl VolumeFrame<'_> {
+    /// The settings of its method, if they are of this type.
+    pub fn settings<S: MethodSettings>(&self) -> Option<&S> {
+        self.volume.occlusion.method.get()
+    }
+
+    /// Its voxels along each axis.
+    pub fn dimensions(&self) -> UVec3 {
+        self.volume.geometry.dimensions
+    }
+
+    /// Whether its samples are darkened by occlusion: what is not drawn need not be computed.
+    pub fn uses_occlusion(&self) -> bool {
+        self.volume.shading.mode.uses_occlusion()
+    }
+
+    /// Whether anything changed on which opacities or settings depend: what was computed before does not hold.
+    pub fn has_changed(&self) -> bool {
+        self.step.has_changes()
+    }
+
+    /// The opacity of every voxel after clipping, of one occlusion step.
+    pub fn opacities(&self) -> &TextureView {
+        &self.resources.opacities.view
+    }
+
+    /// Where the occlusion is written.
+    pub fn occlusion(&self) -> &TextureView {
+        &self.resources.occlusion.view
+    }
+
+    /// What all passes over a volume bind as group 0 ([`volume_layout`]; `volumes/bindings.wgsl`).
+    pub fn group(&self) -> &BindGroup {
+        &self.groups.bricks
+    }
+}
+
+/// The layout of [`VolumeFrame::group`].
+pub fn volume_layout() -> BindGroupLayoutDescriptor {
+    bricks_layout()
+}
+
+/// The format of occlusion textures that hold one factor a texel: `R8Unorm`, where shaders have the definition
+/// `STORE_R8`, or else `Rgba8Unorm`. Once the app runs.
+pub fn factor_format(world: &World) -> TextureFormat {
+    world.resource::<Formats>().scalar
+}

@@ -1,0 +1,157 @@
+//! Decides, before anything is encoded, what this frame needs of every volume: a frame in which nothing changed
+//! needs nothing.
+
+use bevy::prelude::*;
+
+use super::{
+    carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures, plan::CarverPlan},
+    clipping::{job::ClipJob, passes::ClippingPasses},
+    extract::{ExtractedScene, ExtractedVolume},
+    gpu::device::Gpu,
+    methods::{
+        pipelines::MethodPipelines,
+        registry::VoxelMethods,
+        voxel_method::{KeptVolume, VolumeFrame},
+    },
+    volumes::{
+        carver_uniform::{CarverTable, CarverUniform},
+        contents::Contents,
+        store::{VolumeResources, VolumeStore, write_if_changed},
+        uniform::VolumeUniform,
+    },
+    windows::VolumeWindows,
+};
+use crate::diagnostics::ReportChannel;
+
+/// The passes of step IV of this frame. Those of step V are with the methods.
+#[derive(Resource, Default)]
+pub(crate) struct VolumePlan {
+    pub clips: Vec<ClipJob>,
+}
+
+/// Writes what the shaders read and plans the passes over volumes.
+pub(crate) fn plan_volumes(
+    scene: Res<ExtractedScene>,
+    windows: Res<VolumeWindows>,
+    carver_plan: Res<CarverPlan>,
+    clip_maps: Res<ClipMaps>,
+    clipping: ClippingPasses,
+    pipelines: Res<MethodPipelines>,
+    gpu: Gpu,
+    report: Res<ReportChannel>,
+    mut methods: ResMut<VoxelMethods>,
+    mut store: ResMut<VolumeStore>,
+    mut plan: ResMut<VolumePlan>,
+) {
+    plan.clips.clear();
+    let Some(clip) = &clip_maps.textures else {
+        return;
+    };
+    let mut progress = Vec::new();
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
+        let Some(resources) = store.0.get_mut(&volume.entity) else {
+            continue;
+        };
+        let are_ready = pipelines.are_there_for(&volume.occlusion.method);
+        // Until all carvers carve, nothing is final.
+        let is_final = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !carver_plan.waits;
+        progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
+        if !windows.show(volume) {
+            // Whatever changes meanwhile is found by comparison when it is seen again.
+            continue;
+        }
+        let carvers = carvers_of(volume, &scene, &carver_plan);
+        let looks_different = write_volume(volume, resources, &carvers, are_ready, clip, &scene, &gpu);
+        if are_ready {
+            let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
+            let mut planning =
+                Planning { scene: &scene, windows: &windows, clip, clipping: &clipping, gpu: &gpu };
+            plan.clips.extend(planning.plan(volume, resources, contents, looks_different, &mut methods));
+        }
+    }
+    if let Ok(mut report) = report.0.lock() {
+        report.progress = progress;
+        report.layers_wanted = carver_plan.layers_wanted;
+        report.cut_off.clone_from(&carver_plan.cut_off);
+        report.usage = store.usage() + clip_maps.usage();
+    }
+}
+
+/// The carvers that act on a volume, as its shaders see them, with the revision of their maps.
+fn carvers_of(
+    volume: &ExtractedVolume,
+    scene: &ExtractedScene,
+    plan: &CarverPlan,
+) -> Vec<(CarverUniform, u64)> {
+    let carving = volume.carvers.iter().filter_map(|&(index, pose)| {
+        let carver = &scene.carvers[index];
+        let ready = plan.ready.get(&carver.entity)?;
+        Some((CarverUniform::new(carver, ready, volume, pose), ready.revision))
+    });
+    carving.collect()
+}
+
+/// Writes what all shaders read of a volume. Returns whether it is drawn otherwise than before.
+fn write_volume(
+    volume: &ExtractedVolume,
+    resources: &mut VolumeResources,
+    carvers: &[(CarverUniform, u64)],
+    has_occlusion: bool,
+    clip: &ClipTextures,
+    scene: &ExtractedScene,
+    gpu: &Gpu,
+) -> bool {
+    resources.upload(volume, &gpu.queue);
+    let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
+    let sizes = [clip.depth_map_size, clip.dilation_map_size()];
+    let largest = resources.gpu_volume.largest_stored;
+    let drawn = resources.kept.as_ref().and_then(|kept| kept.drawn_intensities());
+    let uniform =
+        VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), &scene.shortcuts);
+    write_if_changed(&mut resources.carvers, table, &gpu.device, &gpu.queue);
+    write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue)
+}
+
+/// What planning the passes over one volume takes.
+struct Planning<'a, 'w> {
+    scene: &'a ExtractedScene,
+    windows: &'a VolumeWindows,
+    clip: &'a ClipTextures,
+    clipping: &'a ClippingPasses<'w>,
+    gpu: &'a Gpu<'w>,
+}
+
+impl Planning<'_, '_> {
+    fn plan(
+        &mut self,
+        volume: &ExtractedVolume,
+        resources: &mut VolumeResources,
+        contents: Contents,
+        looks_different: bool,
+        methods: &mut VoxelMethods,
+    ) -> Option<ClipJob> {
+        let Gpu { device, queue, cache, formats } = self.gpu;
+        let shortcuts = &self.scene.shortcuts;
+        let mut method = methods.of_mut(&volume.occlusion.method);
+        let kept_volume = KeptVolume { volume, resources };
+        let demand = method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, shortcuts));
+        let step = resources.clip_step(volume, contents, demand, shortcuts);
+        let groups = resources.keep_groups(self.clip, formats, cache, device)?;
+        let clip = self.clipping.bind(&step, resources, &groups, device, queue);
+        let mut kept = resources.kept.take();
+        if let (Some(method), Some(kept)) = (&mut method, &mut kept) {
+            let frame = VolumeFrame {
+                volume,
+                resources,
+                groups: &groups,
+                step: &step,
+                windows: self.windows.onto(volume.entity),
+                looks_different,
+                shortcuts,
+            };
+            method.plan(&mut **kept, &frame, self.gpu);
+        }
+        resources.kept = kept;
+        clip
+    }
+}
