@@ -46,9 +46,10 @@ pub struct PassDescriptor<'a> {
     pub name: &'static str,
     /// Its shader.
     pub shader: Handle<Shader>,
-    /// The only one where it is not named.
+    /// Where it begins; the shader's only entry point where it is not named.
     pub entry_point: Option<&'static str>,
-    /// More than [`Formats::shader_defs`].
+    /// More than those that all passes have: `VOLUME_BIND_GROUP`; where the device can, `STORE_R8` (textures of one
+    /// byte a texel are written) and `GRID_BORDER` (what is read outside of a grid is transparent).
     pub shader_defs: Vec<ShaderDefVal>,
     /// Layouts of the groups before its own.
     pub before: Vec<BindGroupLayoutDescriptor>,
