@@ -6,6 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{prelude::*, volume::VolumeReadSettings};
+use contextual_ao_kit::budget::explain;
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -13,7 +14,6 @@ use std::{
 
 use super::{
     Arguments,
-    budget::explain,
     content::Content,
     dropping::{CannotOpen, FileKind, OpenFile},
 };

@@ -4,15 +4,11 @@
 //! sets the shading and the transfer function, and shows what each pass takes. Files dropped on the window are
 //! opened.
 
-#[path = "../common/budget.rs"]
-mod budget;
 mod content;
 mod cutters;
 mod digits;
 mod dropping;
 mod file_panel;
-#[path = "../common/framing.rs"]
-mod framing;
 mod hands;
 mod loading;
 mod occlusion_panel;
@@ -30,6 +26,7 @@ use bevy_contextual_ao::prelude::*;
 use bevy_egui::EguiPlugin;
 use bevy_panorbit_camera::PanOrbitCameraPlugin;
 use clap::Parser;
+use contextual_ao_kit::budget::BudgetOptions;
 use std::path::PathBuf;
 
 /// Carves a volume by hand, shaded with contextual ambient occlusion.
@@ -48,7 +45,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME")]
     preset: Option<Preset>,
     #[command(flatten)]
-    budget: budget::BudgetOptions,
+    budget: BudgetOptions,
 }
 
 const BACKGROUND: Color = Color::srgb(0.09, 0.095, 0.105);

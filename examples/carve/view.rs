@@ -13,7 +13,7 @@ use bevy_contextual_ao::{
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 use bevy_panorbit_camera::{FocusBoundsShape, PanOrbitCamera};
 
-use super::framing::Framing;
+use contextual_ao_kit::framing::Framing;
 
 /// Where the camera stands at first, around the volume: to its left and a little above, radians.
 const FIRST_YAW: f32 = 0.55;

@@ -1,7 +1,7 @@
 //! Writes the seeds: random, well-formed files, the same in every run.
 
 #[allow(dead_code, reason = "the seeds need fewer choices than the tests")]
-#[path = "../../examples/common/random.rs"]
+#[path = "../../kit/src/random.rs"]
 mod random;
 #[path = "../../tests/suite/properties/random_functions.rs"]
 mod random_functions;

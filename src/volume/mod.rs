@@ -55,6 +55,7 @@ impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
         app.init_asset::<Volume>()
             .init_asset::<TransferFunction>()
+            .register_asset_reflect::<TransferFunction>()
             .register_type::<Volume3d>()
             .register_type::<VolumeTransferFunction>()
             .register_type::<OcclusionProgress>()

@@ -1,5 +1,6 @@
 //! From values to colour and opacity.
 
+use bevy::reflect::{Reflect, std_traits::ReflectDefault};
 use serde::{Deserialize, Serialize};
 
 use super::asset::Volume;
@@ -7,7 +8,8 @@ use super::otsu;
 use super::transfer_function_error::TransferFunctionError;
 
 /// Colour and opacity at one value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[reflect(Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ControlPoint {
     /// The value, in the volume file's units.
@@ -20,7 +22,8 @@ pub struct ControlPoint {
 }
 
 /// How opaque matter is where its value changes by so much.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[reflect(Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GradientPoint {
     /// Length of the value's gradient, in the volume file's units per millimetre.
@@ -33,7 +36,8 @@ pub struct GradientPoint {
 ///
 /// The fields can be changed freely, as an editor does; nothing panics on what
 /// [`validate`](Self::validate) refuses, but it may not look as meant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, bevy::asset::Asset, bevy::reflect::TypePath)]
+#[derive(bevy::asset::Asset, Reflect, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[reflect(Default, Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TransferFunction {
     /// The control points, sorted by value. Two at one value make a step.
@@ -50,6 +54,18 @@ pub struct TransferFunction {
 
 fn one() -> f32 {
     1.0
+}
+
+impl Default for TransferFunction {
+    /// White, transparent at 0 and opaque at 1.
+    fn default() -> Self {
+        let point = |value| ControlPoint { value, color: [1.0; 3], opacity: value };
+        Self {
+            points: vec![point(0.0), point(1.0)],
+            opacity_unit_distance_mm: 1.0,
+            gradient_opacity: Vec::new(),
+        }
+    }
 }
 
 impl TransferFunction {

@@ -11,7 +11,6 @@ use bevy_contextual_ao::{
 };
 
 use crate::{
-    common::random::Random,
     exact::assert_exact,
     needs,
     scene::{
@@ -19,6 +18,7 @@ use crate::{
         volume_from,
     },
 };
+use contextual_ao_kit::random::Random;
 
 fn carve(volume: Volume, function: TransferFunction, occlusion: AmbientOcclusion) -> TestScene {
     let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).min_element();

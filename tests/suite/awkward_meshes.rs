@@ -13,17 +13,17 @@ use bevy::{
 use bevy_contextual_ao::{diagnostics::SPAN_DEPTH, prelude::*, volume::WORLD_UNITS_PER_MM};
 
 use crate::{
-    common::{
-        inside::InsideTest,
-        shapes::Triangles,
-        stability::{
-            inside_test::{Judge, concave_meshes},
-            motion::SolidScene,
-        },
-    },
     exact::assert_exact,
     headless::voxel_at,
     scene::{TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
+};
+use contextual_ao_kit::{
+    inside::InsideTest,
+    shapes::Triangles,
+    stability::{
+        inside_test::{Judge, concave_meshes},
+        motion::SolidScene,
+    },
 };
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);

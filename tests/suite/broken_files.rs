@@ -4,7 +4,7 @@ use bevy_contextual_ao::volume::read_volume_file;
 
 use super::readers::outcome;
 use super::small_files::{Scratch, counting, gzip, mha, nifti, nrrd, with, zlib};
-use crate::common::random::Random;
+use contextual_ao_kit::random::Random;
 
 #[test]
 fn broken_files_are_refused_for_the_right_reason() {

@@ -8,8 +8,8 @@ use bevy_contextual_ao::{
     volume::{Intensities, Rescale},
 };
 
-use crate::common::headless::{Headless, different_pixels};
 use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
+use contextual_ao_kit::headless::{Headless, different_pixels};
 
 const SIZE: UVec3 = UVec3::new(40, 38, 36);
 

@@ -1,6 +1,6 @@
 //! Rows of charts and their Pareto front (`measure --chart`).
 
-use crate::common::chart::{Row, from_csv, pareto_front, rms, to_csv};
+use contextual_ao_kit::chart::{Row, from_csv, pareto_front, rms, to_csv};
 
 fn row() -> Row {
     Row {

@@ -5,10 +5,10 @@ use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
 use crate::{
-    common::{inside::InsideTest, shapes::Triangles},
     headless::voxel_at,
     scene::{TestScene, few_rays, opaque_ramp, volume_from},
 };
+use contextual_ao_kit::{inside::InsideTest, shapes::Triangles};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 /// Texels along each side of a depth map.

@@ -68,7 +68,10 @@ fn a_method_of_another_plugin_computes_what_is_drawn() {
     scene.settle();
     check(&scene, 1);
     let runs = |scene: &TestScene| scene.status().passes.jobs(Openness::SPAN);
+    // What ran is known one frame later.
+    scene.headless.frame();
     let (image, before) = (scene.headless.image(), runs(&scene));
+    assert_eq!(before, 1);
     scene.headless.frames(3);
     assert_eq!(runs(&scene), before, "nothing changed");
     // A carver that moves, and settings that change, are drawn in the same frame.

@@ -4,11 +4,11 @@
 use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
-use crate::common::shapes::Triangles;
 use crate::headless::{different_pixels, voxel_at};
 use crate::scene::{
     TestScene, count_different, few_rays, folded_volume, opaque_ramp, solid_volume, translucent_ramp,
 };
+use contextual_ao_kit::shapes::Triangles;
 
 fn scene(spacing: DVec3, function: TransferFunction) -> TestScene {
     let volume = folded_volume(UVec3::new(34, 29, 26), spacing);

@@ -9,10 +9,10 @@ use bevy_contextual_ao::{
     prelude::*,
 };
 
-use crate::common::shapes::Triangles;
 use crate::scene::{
     TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp,
 };
+use contextual_ao_kit::shapes::Triangles;
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 

@@ -3,10 +3,7 @@
 //! Those that draw run real GPU code in apps without a window, on whatever Vulkan driver there is;
 //! a software driver will do.
 
-#[path = "../../examples/common/mod.rs"]
-mod common;
-
-use common::{device, headless, small_scene as scene};
+use contextual_ao_kit::{device, headless, small_scene as scene};
 
 mod assets;
 mod awkward;

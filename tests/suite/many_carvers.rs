@@ -7,8 +7,8 @@ use bevy_contextual_ao::{
     prelude::*,
 };
 
-use crate::common::headless::different_pixels;
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
+use contextual_ao_kit::headless::different_pixels;
 
 /// Carvers that get fewer layers than they have.
 #[derive(Resource, Default)]

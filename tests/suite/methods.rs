@@ -3,7 +3,7 @@
 
 use bevy_contextual_ao::prelude::*;
 
-use crate::common::stability::methods::{columns, motion, places};
+use contextual_ao_kit::stability::methods::{columns, motion, places};
 
 fn method(name: &str) -> AmbientOcclusion {
     let column = columns().into_iter().find(|column| column.name == name);

@@ -6,10 +6,10 @@ use clap::Parser;
 use std::path::PathBuf;
 
 use crate::{
-    common::scene::SceneOptions,
     headless::{Headless, voxel_at},
     scene::is_empty,
 };
+use contextual_ao_kit::scene::SceneOptions;
 
 #[derive(Parser)]
 struct Options {

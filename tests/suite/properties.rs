@@ -14,7 +14,7 @@ use self::peak_memory::with_peak;
 use self::random_functions::{points, ron, slicer_json, slicer_vp};
 use self::random_volumes::{FORMATS, Files, Grid};
 use super::small_files::Scratch;
-use crate::common::random::{self, Random};
+use contextual_ao_kit::random::{self, Random};
 
 /// More than any of the files here needs: they are of a few kilobytes, and decompress to little more.
 const MEMORY: u64 = 1 << 20;

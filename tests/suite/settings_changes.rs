@@ -9,8 +9,8 @@ use bevy_contextual_ao::{
 };
 use std::time::{Duration, Instant};
 
-use crate::common::headless::{Headless, different_pixels};
 use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
+use contextual_ao_kit::headless::{Headless, different_pixels};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 

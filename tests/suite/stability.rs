@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use std::collections::HashSet;
 
-use crate::common::{
+use contextual_ao_kit::{
     shapes::Triangles,
     stability::{Figure, inside_test, motion, resolution, soak, walks},
 };

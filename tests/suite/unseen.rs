@@ -3,8 +3,8 @@
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
-use crate::common::headless::different_pixels;
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
+use contextual_ao_kit::headless::different_pixels;
 
 /// Ways of not being seen, each with its way back.
 const WAYS: [(&str, fn(&mut TestScene, bool)); 3] = [

@@ -10,8 +10,8 @@ use bevy::{
 };
 use bevy_contextual_ao::prelude::*;
 
-use crate::common::headless::different_pixels;
 use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
+use contextual_ao_kit::headless::different_pixels;
 
 fn scene() -> TestScene {
     let volume = folded_volume(UVec3::new(26, 24, 22), DVec3::ONE);

@@ -9,11 +9,11 @@ use bevy::{
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::WORLD_UNITS_PER_MM};
 
 use crate::{
-    common::shapes::Triangles,
     field::Field,
     integral::{Integral, Pixel, Sample, View, srgb_byte},
     scene::{IMAGE, TestScene, few_rays, folded_volume, in_world_units, translucent_ramp, volume_from},
 };
+use contextual_ao_kit::shapes::Triangles;
 
 /// Linear, and not black, so that what is not drawn shows.
 const BACKGROUND: DVec3 = DVec3::new(0.1, 0.2, 0.05);

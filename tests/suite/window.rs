@@ -16,10 +16,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::{
-    common::headless::Headless,
-    scene::{folded_volume, is_empty},
-};
+use crate::scene::{folded_volume, is_empty};
+use contextual_ao_kit::headless::Headless;
 
 /// The modules of the window, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
@@ -34,7 +32,6 @@ mod carve {
     pub mod loading;
     pub mod picture;
     pub mod view;
-    pub use crate::common::{budget, framing};
 
     /// What of the command line the modules read.
     #[derive(Resource, Default)]

@@ -7,7 +7,12 @@ pub mod asset {
 }
 
 pub mod reflect {
-    pub use bevy_shim_derive::TypePath;
+    pub use bevy_shim_derive::{Reflect, TypePath};
+
+    pub mod std_traits {
+        /// Named by what derives `Reflect`.
+        pub struct ReflectDefault;
+    }
 }
 
 pub mod log {

@@ -11,3 +11,8 @@ pub fn asset(_: TokenStream) -> TokenStream {
 pub fn type_path(_: TokenStream) -> TokenStream {
     TokenStream::new()
 }
+
+#[proc_macro_derive(Reflect, attributes(reflect))]
+pub fn reflect(_: TokenStream) -> TokenStream {
+    TokenStream::new()
+}

@@ -1,8 +1,6 @@
-//! What `snapshot`, `measure` and the tests share: an app without a window, scenes from
+//! What examples, tests and `measure` share: an app without a window, scenes from
 //! command-line options, small scenes, meshes with a known inside, figures of stability, and what a chart
 //! is made of.
-
-#![allow(dead_code, reason = "not every example that includes this folder needs all of it")]
 
 pub mod budget;
 pub mod carver;

@@ -9,12 +9,10 @@ use bevy_contextual_ao::{
 use serde_json::{Value, json};
 use std::{sync::Once, time::Instant};
 
-use crate::{
-    common::{
-        headless::Headless,
-        scene::{Scene, SceneParts},
-    },
-    figures::{FrameTimes, SPANS, merged},
+use crate::figures::{FrameTimes, SPANS, merged};
+use contextual_ao_kit::{
+    headless::Headless,
+    scene::{Scene, SceneParts},
 };
 
 /// A scene in an app of its own.

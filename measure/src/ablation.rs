@@ -3,9 +3,8 @@
 use bevy_contextual_ao::prelude::*;
 use serde_json::json;
 
-use crate::{
-    Options, common::headless::different_pixels, counting::CountingScene, figures::merged, stage::Stage,
-};
+use crate::{Options, counting::CountingScene, figures::merged, stage::Stage};
+use contextual_ao_kit::headless::different_pixels;
 
 /// Measures the scene of the command line if it has a volume, else the opaque engine.
 pub fn run(options: &Options) -> Result<(), String> {

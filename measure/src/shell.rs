@@ -13,13 +13,13 @@ use serde_json::json;
 
 use crate::{
     Options,
-    common::{
-        carver::{Carver, Shape},
-        scene::{BONE, SceneParts},
-    },
     counting::ball,
     figures::{FrameTimes, merged, ratio},
     stage::{Stage, to_and_fro},
+};
+use contextual_ao_kit::{
+    carver::{Carver, Shape},
+    scene::{BONE, SceneParts},
 };
 
 /// The scene without carvers: `size` voxels along each side, `extent_mm` in all.

@@ -13,14 +13,11 @@ use clap::ValueEnum;
 use serde_json::json;
 use std::path::PathBuf;
 
-use crate::{
-    Options,
-    common::{
-        carver::{Carver, Shape},
-        headless::project_folder,
-        scene::{BONE, SceneParts},
-    },
-    stage::Stage,
+use crate::{Options, stage::Stage};
+use contextual_ao_kit::{
+    carver::{Carver, Shape},
+    headless::project_folder,
+    scene::{BONE, SceneParts},
 };
 
 /// The scenes.

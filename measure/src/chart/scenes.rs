@@ -14,9 +14,9 @@ use bevy_contextual_ao::{
 
 use crate::{
     Options,
-    common::scene::SceneParts,
     counting::{CountingScene, ball, place},
 };
+use contextual_ao_kit::scene::SceneParts;
 
 /// Voxels from the phantom's neck to its vertex, not halved.
 const PHANTOM_VOXELS_HIGH: u32 = 192;

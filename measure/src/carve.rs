@@ -1,7 +1,8 @@
 //! The scene of the command line, carved: a line per shading mode and ray pattern.
 
-use crate::{Options, common::headless::different_pixels, figures::merged, stage::Stage};
+use crate::{Options, figures::merged, stage::Stage};
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::headless::different_pixels;
 use serde_json::json;
 
 /// Measures every mode with every pattern.

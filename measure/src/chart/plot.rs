@@ -9,7 +9,7 @@ use super::{
     methods::SOLID,
     panel::{INK, LogAxis, Point, TEXT, draw},
 };
-use crate::common::{
+use contextual_ao_kit::{
     chart::{KINDS, Row},
     font,
 };

@@ -8,7 +8,7 @@ use plotters::{
 };
 use std::f32::consts::TAU;
 
-use crate::common::font;
+use contextual_ao_kit::font;
 
 /// What is drawn on, and how many of its own units are a pixel.
 pub struct Canvas<DB: DrawingBackend> {

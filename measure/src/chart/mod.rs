@@ -14,15 +14,12 @@ mod timing;
 use bevy_contextual_ao::prelude::*;
 use std::{fs, path::Path, time::Instant};
 
-use crate::{
-    Options,
-    common::{
-        chart::{Row, from_csv, to_csv},
-        scene::SceneParts,
-    },
-    stage::Stage,
-};
+use crate::{Options, stage::Stage};
 use accuracy::Accuracy;
+use contextual_ao_kit::{
+    chart::{Row, from_csv, to_csv},
+    scene::SceneParts,
+};
 use methods::SceneScale;
 
 /// Measures, writes `chart.csv` and a picture after each scene, and draws the charts.

@@ -9,9 +9,8 @@ use bevy_contextual_ao::{
 use clap::ValueEnum;
 use serde_json::json;
 
-use crate::{
-    Options, common::headless::different_pixels, counting::CountingScene, figures::ratio, stage::Stage,
-};
+use crate::{Options, counting::CountingScene, figures::ratio, stage::Stage};
+use contextual_ao_kit::headless::different_pixels;
 
 /// Frames in which the carver comes to its place.
 const APPROACH: u32 = 4;

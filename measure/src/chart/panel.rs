@@ -7,7 +7,7 @@ use super::{
     canvas::{Align, Canvas, text_width},
     labels::{leader_end, place},
 };
-use crate::common::chart::pareto_front;
+use contextual_ao_kit::chart::pareto_front;
 
 /// Text heights, pixels.
 pub const TEXT: f32 = 18.0;

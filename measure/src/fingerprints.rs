@@ -12,7 +12,7 @@ use bevy_contextual_ao::{
 };
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::common::small_scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+use contextual_ao_kit::small_scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 
 /// What is computed.
 struct Setup {

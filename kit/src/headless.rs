@@ -44,9 +44,12 @@ use waiting::PATIENCE;
 
 use super::budget::explain;
 
-/// The folder of this project: where Cargo runs it, which need not be where it was built.
+/// The folder of this project: where Cargo runs it, or a package in it, which need not be where it was built.
 pub fn project_folder() -> PathBuf {
-    std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into()).into()
+    let package: PathBuf = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default().into();
+    let built = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folders = [package.clone(), package.join(".."), built.clone()];
+    folders.into_iter().find(|folder| folder.join("assets/head_phantom.nrrd").is_file()).unwrap_or(built)
 }
 
 /// The app and the image that it renders into.

@@ -8,13 +8,10 @@ use bevy_contextual_ao::{
 };
 use serde_json::json;
 
-use crate::{
-    Options,
-    common::{
-        scene::{BONE, SceneParts},
-        small_scene::folded_volume,
-    },
-    stage::Stage,
+use crate::{Options, stage::Stage};
+use contextual_ao_kit::{
+    scene::{BONE, SceneParts},
+    small_scene::folded_volume,
 };
 
 /// Voxels along each axis, and the paper's seconds: distances alone, with the octants' mean, with all octants.

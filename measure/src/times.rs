@@ -6,11 +6,11 @@ use serde_json::json;
 
 use crate::{
     Options,
-    common::carver::Carver,
     counting::{CARVER, CountingScene, ball},
     figures::{FrameTimes, merged},
     stage::Stage,
 };
+use contextual_ao_kit::carver::Carver;
 
 /// Times the opaque engine.
 pub fn run(options: &Options) -> Result<(), String> {

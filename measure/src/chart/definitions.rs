@@ -8,7 +8,7 @@ use bevy_contextual_ao::{
 };
 use std::{num::NonZero, thread};
 
-use crate::common::{
+use contextual_ao_kit::{
     carver::{Carver, Shape},
     headless::voxel_at,
     random::Random,

@@ -11,11 +11,8 @@ use super::{
     definitions::Definitions,
     methods::{Own, Setting},
 };
-use crate::{
-    common::{chart::rms, headless::voxel_at},
-    directions::most_rays,
-    stage::Stage,
-};
+use crate::{directions::most_rays, stage::Stage};
+use contextual_ao_kit::{chart::rms, headless::voxel_at};
 
 /// Frames of which the errors are taken: each follows a step of the carver, whose last step leads to where it
 /// was spawned. Only what lags behind is different from frame to frame.

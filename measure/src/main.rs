@@ -1,9 +1,6 @@
 //! Measures carve frames without a window, a JSON line per configuration. With nothing else asked for,
 //! the first carver of the scene given moves one voxel per frame along the view's horizontal.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod ablation;
 mod carve;
 mod chart;
@@ -13,6 +10,7 @@ mod directions;
 mod figures;
 mod filtering;
 mod fingerprints;
+mod gallery;
 mod isosurface;
 mod published;
 mod shell;
@@ -24,7 +22,7 @@ mod times;
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
 use clap::{Args, Parser};
-use common::{
+use contextual_ao_kit::{
     scene::SceneOptions,
     stability::{self, Group},
 };
@@ -63,7 +61,7 @@ struct Options {
     /// Does not compare with LAO, which is slow.
     #[arg(long)]
     no_check: bool,
-    /// Where --chart and --plot write.
+    /// Where --chart, --plot and --gallery write.
     #[arg(long, default_value = "charts")]
     out: PathBuf,
     /// With --chart: how often volumes and images are halved [default: 1, with --quick 2].
@@ -129,6 +127,9 @@ struct Instead {
     /// change that is to change nothing.
     #[arg(long)]
     fingerprints: bool,
+    /// The scene given by every method side by side, as methods.png.
+    #[arg(long)]
+    gallery: bool,
 }
 
 impl Options {
@@ -169,6 +170,8 @@ fn main() -> Result<(), String> {
         isosurface::run(&options)
     } else if instead.fingerprints {
         fingerprints::run()
+    } else if instead.gallery {
+        gallery::run(&options)
     } else {
         carve::run(&options)
     }

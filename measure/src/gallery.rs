@@ -8,10 +8,8 @@ use bevy_contextual_ao::{
 };
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, RGBColor};
 
-use crate::{
-    Options,
-    common::{font, headless::Headless, scene::SceneOptions, stability::methods},
-};
+use crate::Options;
+use contextual_ao_kit::{font, headless::Headless, scene::SceneOptions, stability::methods};
 
 /// Pictures in a row.
 const COLUMNS: u32 = 4;
@@ -19,8 +17,17 @@ const COLUMNS: u32 = 4;
 const LETTERS: u32 = 20;
 const STRIP: u32 = 30;
 
+/// Writes the picture.
+pub fn run(options: &Options) -> Result<(), String> {
+    std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
+    let path = options.out.join("methods.png");
+    render(options)?.save(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("{}", path.display());
+    Ok(())
+}
+
 /// Renders the scene by every method, and unshaded and lit without occlusion, into one image.
-pub fn render(options: &Options) -> Result<image::RgbImage, String> {
+fn render(options: &Options) -> Result<image::RgbImage, String> {
     let mut shown =
         vec![("no occlusion", ShadingMode::Solid, None), ("Blinn-Phong", ShadingMode::Phong, None)];
     let columns = methods::columns().into_iter().map(|column| (column.name, column.occlusion));

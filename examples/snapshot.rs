@@ -1,17 +1,12 @@
 //! Renders a volume with carvers to a PNG, without a window, and prints the time of every pass.
 
-#[path = "../common/mod.rs"]
-mod common;
-
-mod gallery;
-
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     diagnostics::{RenderStatus, SPAN_DRAW},
     prelude::*,
 };
 use clap::Parser;
-use common::{headless::Headless, scene::SceneOptions};
+use contextual_ao_kit::{headless::Headless, scene::SceneOptions};
 use std::path::PathBuf;
 
 /// Renders a volume with carvers to a PNG.
@@ -25,9 +20,6 @@ struct Options {
     /// neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512 or fibonacci:N.
     #[arg(long, default_value_t = RayPattern::default())]
     pattern: RayPattern,
-    /// Renders the scene by every method of ambient occlusion, side by side.
-    #[arg(long)]
-    gallery: bool,
     /// Where the image goes.
     #[arg(long, default_value = "snapshot.png")]
     out: PathBuf,
@@ -35,12 +27,6 @@ struct Options {
 
 fn main() -> Result<(), String> {
     let options = Options::parse();
-    if options.gallery {
-        let sheet = gallery::render(&options)?;
-        sheet.save(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
-        println!("{}", options.out.display());
-        return Ok(());
-    }
     let mut headless = Headless::new(options.scene.size, |app| {
         app.insert_resource(ClearColor(Color::srgb(0.06, 0.07, 0.08)));
     });

@@ -1,0 +1,57 @@
+//! The methods of ambient occlusion: keys 1 to 6 choose one, 0 shows the volume without.
+
+use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy_contextual_ao::prelude::*;
+
+const KEYS: [KeyCode; 6] =
+    [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5, KeyCode::Digit6];
+
+fn main() {
+    App::new()
+        .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+        .add_systems(Startup, setup)
+        .add_systems(Update, (choose, swing))
+        .run();
+}
+
+fn setup(mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>) {
+    let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
+    let view = Transform::from_xyz(-0.3, 0.15, 0.45).looking_at(Vec3::ZERO, Vec3::Y);
+    // Colours as the transfer function has them.
+    commands.spawn((Camera3d::default(), Tonemapping::None, near, view));
+    let head = VolumeBundle::new(assets.load("head_phantom.nrrd"))
+        .with_transfer_function(assets.load("head_phantom.tf.ron"));
+    commands.spawn(head);
+    commands.spawn((ClipMesh::default(), Mesh3d(meshes.add(Sphere::new(0.05)))));
+}
+
+/// Keys change the settings; the window's title says what is shown.
+fn choose(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut volumes: Query<(&mut AmbientOcclusion, &mut VolumeShading)>,
+    mut windows: Query<&mut Window>,
+) {
+    for (mut occlusion, mut shading) in &mut volumes {
+        if keys.just_pressed(KeyCode::Digit0) {
+            shading.mode = ShadingMode::Solid;
+        }
+        for (key, method) in KEYS.into_iter().zip(OcclusionMethod::all()) {
+            if keys.just_pressed(key) {
+                shading.mode = ShadingMode::Cao;
+                occlusion.method = method;
+            }
+        }
+        for mut window in windows.iter_mut().filter(|_| occlusion.is_changed() || shading.is_changed()) {
+            let is_shown = shading.mode.uses_occlusion();
+            window.title = if is_shown { occlusion.method.name().into() } else { "no occlusion".into() };
+        }
+    }
+}
+
+/// Carves to and fro.
+fn swing(time: Res<Time>, mut carvers: Query<&mut Transform, With<ClipMesh>>) {
+    for mut carver in &mut carvers {
+        let swing = (0.5 * time.elapsed_secs()).sin();
+        carver.translation = Vec3::new(0.06 * swing, 0.06, 0.08);
+    }
+}
