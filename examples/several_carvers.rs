@@ -26,7 +26,7 @@ fn setup(
     let view = Transform::from_xyz(-0.25, 0.2, 0.45).looking_at(Vec3::ZERO, Vec3::Y);
     // Colours as the transfer function has them.
     commands.spawn((Camera3d::default(), Tonemapping::None, near, view));
-    commands.spawn((DirectionalLight::default(), view));
+    commands.spawn((DirectionalLight { illuminance: light_consts::lux::OVERCAST_DAY, ..default() }, view));
     let head = VolumeBundle::new(assets.load("head_phantom.nrrd"))
         .with_transfer_function(assets.load("head_phantom.tf.ron"));
     commands.spawn(head);

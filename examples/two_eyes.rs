@@ -1,6 +1,6 @@
 //! Two eyes side by side: occlusion is computed once for both.
 
-use bevy::{camera::Viewport, core_pipeline::tonemapping::Tonemapping, prelude::*, window::WindowResized};
+use bevy::{camera::Viewport, core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
 /// Between the eyes, metres.
@@ -33,12 +33,8 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<As
 }
 
 /// Gives each eye a half of the window.
-fn split_window(
-    mut resized: MessageReader<WindowResized>,
-    windows: Query<&Window>,
-    mut eyes: Query<(&mut Camera, &Eye)>,
-) {
-    for window in resized.read().filter_map(|resized| windows.get(resized.window).ok()) {
+fn split_window(windows: Query<&Window, Changed<Window>>, mut eyes: Query<(&mut Camera, &Eye)>) {
+    for window in &windows {
         let half = UVec2::new(window.physical_width() / 2, window.physical_height()).max(UVec2::ONE);
         for (mut camera, eye) in &mut eyes {
             let physical_position = UVec2::new(eye.0 * half.x, 0);

@@ -27,6 +27,17 @@
 //! `render` extracts that and runs the passes; [`material`] draws. [`diagnostics`] tells what was
 //! done.
 
+#![cfg_attr(
+    not(all(
+        feature = "meta_image",
+        feature = "nifti",
+        feature = "nrrd",
+        feature = "other_methods",
+        feature = "slicer"
+    )),
+    allow(dead_code, unused_variables, reason = "what parts share is not all used where some are left out")
+)]
+
 mod bundle;
 pub mod clip;
 pub mod diagnostics;
@@ -41,15 +52,18 @@ pub use plugin::ContextualAoPlugin;
 
 /// What most apps need.
 pub mod prelude {
+    #[cfg(feature = "other_methods")]
+    pub use crate::occlusion::{
+        DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,
+    };
     pub use crate::{
         ContextualAoPlugin, VolumeBundle,
         clip::{
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, DirectOcclusion, OcclusionFailed, OcclusionFiltering, OcclusionMethod,
-            OcclusionResolution, OcclusionSweeping, ProgressiveRays, RayPattern, ScreenSpaceOcclusion,
-            ShadingMode, Shortcuts, Sky, VolumeShading,
+            AmbientOcclusion, OcclusionFailed, OcclusionMethod, OcclusionResolution, ProgressiveRays,
+            RayPattern, ShadingMode, Shortcuts, Sky, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionProgress, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

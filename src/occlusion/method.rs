@@ -4,9 +4,10 @@ use bevy::prelude::*;
 use core::any::Any;
 
 use super::{
-    CustomMethod, DirectOcclusion, MethodKind, MethodSettings, OcclusionFallback, OcclusionFiltering,
-    OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion, progressive::Rays,
+    CustomMethod, MethodKind, MethodSettings, OcclusionFallback, ProgressiveRays, progressive::Rays,
 };
+#[cfg(feature = "other_methods")]
+use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
 
 /// The systems of the papers. All see what carvers leave of a volume; `docs/methods.md` says what each is good for
 /// and where it fails.
@@ -20,26 +21,36 @@ pub enum OcclusionMethod {
     /// The same rays, a few in every frame: lags behind.
     Progressive(ProgressiveRays),
     /// Fast occlusion sweeping: light seeps through the whole volume, along the diagonals of the grid.
+    #[cfg(feature = "other_methods")]
     Sweeping(OcclusionSweeping),
     /// Volumetric ambient occlusion by filtering: how many voxels around one are denser.
+    #[cfg(feature = "other_methods")]
     Filtering(OcclusionFiltering),
     /// Screen-space ambient occlusion of the first surface that a view sees.
+    #[cfg(feature = "other_methods")]
     ScreenSpace(ScreenSpaceOcclusion),
     /// Direct occlusion shading: light from a cone around the viewer.
+    #[cfg(feature = "other_methods")]
     Direct(DirectOcclusion),
     /// A method that another plugin brings ([`OcclusionMethod::custom`]).
     Custom(CustomMethod),
 }
 
 impl OcclusionMethod {
+    const COUNT: usize = if cfg!(feature = "other_methods") { 6 } else { 2 };
+
     /// The methods of this crate with their default settings, in the order of a menu.
-    pub fn all() -> [Self; 6] {
+    pub fn all() -> [Self; Self::COUNT] {
         [
             Self::Rays,
             Self::Progressive(default()),
+            #[cfg(feature = "other_methods")]
             Self::Sweeping(default()),
+            #[cfg(feature = "other_methods")]
             Self::Filtering(default()),
+            #[cfg(feature = "other_methods")]
             Self::ScreenSpace(default()),
+            #[cfg(feature = "other_methods")]
             Self::Direct(default()),
         ]
     }
@@ -54,9 +65,13 @@ impl OcclusionMethod {
         match self {
             Self::Rays => &Rays,
             Self::Progressive(settings) => settings,
+            #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => settings,
+            #[cfg(feature = "other_methods")]
             Self::Filtering(settings) => settings,
+            #[cfg(feature = "other_methods")]
             Self::ScreenSpace(settings) => settings,
+            #[cfg(feature = "other_methods")]
             Self::Direct(settings) => settings,
             Self::Custom(custom) => custom.settings(),
         }
@@ -82,9 +97,13 @@ impl OcclusionMethod {
     pub(crate) fn clamped(&self) -> Self {
         match self {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
+            #[cfg(feature = "other_methods")]
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
+            #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => Self::Sweeping(settings.clamped()),
+            #[cfg(feature = "other_methods")]
             Self::ScreenSpace(settings) => Self::ScreenSpace(settings.clamped()),
+            #[cfg(feature = "other_methods")]
             Self::Direct(settings) => Self::Direct(settings.clamped()),
             Self::Rays | Self::Custom(_) => self.clone(),
         }
@@ -94,6 +113,7 @@ impl OcclusionMethod {
     pub(super) fn instead(&self) -> Option<(Self, OcclusionFallback)> {
         match self {
             Self::Progressive(_) => Some((Self::Rays, OcclusionFallback::AllRaysAtOnce)),
+            #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => {
                 let settings = settings.without_geometry_term()?;
                 Some((Self::Sweeping(settings), OcclusionFallback::NoGeometryTerm))

@@ -2,37 +2,45 @@
 //! maths).
 
 mod custom;
+#[cfg(feature = "other_methods")]
 mod direct;
 mod directions;
+#[cfg(feature = "other_methods")]
 mod filtering;
 mod fit;
 mod lengths;
 mod method;
 mod method_settings;
 mod progressive;
+#[cfg(feature = "other_methods")]
 mod screen_space;
 mod settings;
 mod shortcuts;
 mod shortfall;
 mod sky;
+#[cfg(feature = "other_methods")]
 mod sweeping;
 mod texels;
 
 use bevy::{ecs::component::RequiredComponentsError, prelude::*};
 
 pub use custom::CustomMethod;
+#[cfg(feature = "other_methods")]
 pub use direct::DirectOcclusion;
 pub use directions::{RayDirection, RayPattern, fibonacci_direction};
+#[cfg(feature = "other_methods")]
 pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityModulation};
 pub(crate) use fit::{FittedOcclusion, ShownOcclusion, fit_occlusion};
 pub use method::OcclusionMethod;
 pub use method_settings::{MethodBytes, MethodDrawing, MethodKind, MethodSettings};
 pub use progressive::ProgressiveRays;
+#[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
 pub use shortcuts::Shortcuts;
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
+#[cfg(feature = "other_methods")]
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface};
 pub use texels::OcclusionTexels;
 
@@ -45,8 +53,9 @@ impl Plugin for OcclusionPlugin {
     fn build(&self, app: &mut App) {
         require::<AmbientOcclusion>(app);
         require::<VolumeShading>(app);
+        #[cfg(feature = "other_methods")]
+        app.init_resource::<SweepDistancesAlone>();
         app.init_resource::<Shortcuts>()
-            .init_resource::<SweepDistancesAlone>()
             .add_observer(shortfall::warn_of_shortfall)
             .register_type::<Shortcuts>()
             .register_type::<AmbientOcclusion>()

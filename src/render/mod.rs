@@ -8,7 +8,7 @@
 //! Each imports only from those before it in this order: `gpu`, `extract`, `windows`, `carvers`, `volumes`, `clipping`,
 //! `views`, `methods`, `plan`, `encode`.
 
-#[cfg(test)]
+#[cfg(all(test, feature = "other_methods"))]
 mod agreement;
 mod carvers;
 mod clipping;

@@ -8,6 +8,12 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeError {
+    /// The format's reader was left out of the build.
+    #[error("files of this format are read with the Cargo feature `{feature}` of bevy_contextual_ao alone")]
+    LeftOut {
+        /// The feature.
+        feature: &'static str,
+    },
     /// The file's name does not end like any format that can be read.
     #[error(
         "unknown file name ending {ending:?}; expected .nii, .nii.gz, .hdr, .hdr.gz, .nrrd, .nhdr, .mha or .mhd"

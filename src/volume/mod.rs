@@ -14,9 +14,11 @@ mod loaders;
 mod lookup_table;
 mod otsu;
 mod percentiles;
+#[cfg(feature = "phantom")]
 pub mod phantom;
 pub mod presets;
 mod readers;
+#[cfg(feature = "slicer")]
 mod slicer;
 mod transfer_function;
 mod transfer_function_error;

@@ -37,6 +37,7 @@ pub enum TransferFunctionError {
     #[error("cannot be written as RON: {0}")]
     WriteRon(#[from] ron::Error),
     /// The text is not a Slicer volume property in JSON.
+    #[cfg(feature = "slicer")]
     #[error("not a volume property of 3D Slicer: {0}")]
     SlicerJson(#[from] serde_json::Error),
     /// The text is not a Slicer volume property in lines.

@@ -1,5 +1,6 @@
 //! Transfer functions from files, and into one.
 
+#[cfg(feature = "slicer")]
 use super::slicer;
 use super::transfer_function::TransferFunction;
 use super::transfer_function_error::TransferFunctionError;
@@ -15,6 +16,7 @@ impl TransferFunction {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TransferFunctionError> {
         match Content::of(bytes)? {
             Content::Ron(text) => Self::from_ron(text),
+            #[cfg(feature = "slicer")]
             Content::Slicer(text) => Self::from_slicer_vp(text),
         }
     }
@@ -54,6 +56,7 @@ impl TransferFunction {
     ///
     /// [`TransferFunctionError::NotATransferFunction`] if it is something else, [`TransferFunctionError::Slicer`] with
     /// the line, [`TransferFunctionError::SlicerJson`] with the place in the text, or as [`validate`](Self::validate).
+    #[cfg(feature = "slicer")]
     pub fn from_slicer_vp(text: &str) -> Result<Self, TransferFunctionError> {
         let function = slicer::read(text).map_err(|error| unless_something_else(text, error))?;
         function.validate()?;
@@ -69,6 +72,7 @@ fn unless_something_else(text: &str, error: impl Into<TransferFunctionError>) ->
 /// What a transfer function's file begins like.
 enum Content<'a> {
     Ron(&'a str),
+    #[cfg(feature = "slicer")]
     Slicer(&'a str),
 }
 
@@ -81,10 +85,12 @@ impl<'a> Content<'a> {
         };
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let start = text.trim_start();
+        #[cfg(feature = "slicer")]
         let word = start.split_whitespace().next().unwrap_or_default();
         if ["(", "TransferFunction", "//", "/*", "#!["].iter().any(|ron| start.starts_with(ron)) {
             return Ok(Self::Ron(text));
         }
+        #[cfg(feature = "slicer")]
         if word.parse::<f32>().is_ok() || slicer::is_json(text) {
             return Ok(Self::Slicer(text));
         }

@@ -4,24 +4,32 @@
 //! There are two kinds. Methods of voxels implement `VoxelMethod`, and the core runs them. Methods of views add their
 //! passes to the schedule of a view.
 
+#[cfg(feature = "other_methods")]
 mod direct;
+#[cfg(feature = "other_methods")]
 mod filtering;
 pub(super) mod pipelines;
 mod rays;
 pub(super) mod registry;
+#[cfg(feature = "other_methods")]
 mod screen_space;
+#[cfg(feature = "other_methods")]
 mod sweeping;
 pub(super) mod voxel_method;
 
-use bevy::prelude::*;
+use bevy::{prelude::*, shader::load_shader_library};
 
 /// All methods of this crate. A new one adds a line.
 pub(super) struct MethodPlugins;
 
 impl Plugin for MethodPlugins {
     fn build(&self, app: &mut App) {
+        // The material is compiled with these, whatever it draws.
+        load_shader_library!(app, "sweeping/octants.wgsl");
+        load_shader_library!(app, "sweeping/surface_ray.wgsl");
+        app.add_plugins(rays::RaysPlugin);
+        #[cfg(feature = "other_methods")]
         app.add_plugins((
-            rays::RaysPlugin,
             sweeping::SweepingPlugin,
             filtering::FilteringPlugin,
             screen_space::ScreenSpacePlugin,
@@ -30,7 +38,7 @@ impl Plugin for MethodPlugins {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "other_methods"))]
 pub(super) use {
     direct::SlicingData,
     filtering::FilteringData,

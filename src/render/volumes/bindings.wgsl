@@ -1,6 +1,5 @@
-// What every pass reads of a volume and its carvers. The Rust side is `render/volume_uniform.rs` and
-// `render/carver_uniform.rs` (data) and `render/volume_bindings.rs` (layout); the group is 0 in compute
-// passes and the material's group when drawing.
+// What every pass reads of a volume and its carvers. The Rust side is `uniform.rs` and `carver_uniform.rs` (data),
+// `layouts.rs` and `bindings.rs`; the group is 0 in compute passes and the material's group when drawing.
 
 #define_import_path bevy_contextual_ao::volume_bindings
 

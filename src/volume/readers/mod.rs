@@ -8,15 +8,25 @@ mod ascii;
 pub(crate) mod decode;
 pub(crate) mod header;
 mod length_unit;
+#[cfg(feature = "meta_image")]
 mod meta_image;
+#[cfg(feature = "nifti")]
 mod nifti;
+#[cfg(feature = "nifti")]
 mod nifti2;
+#[cfg(feature = "nifti")]
 mod nifti_fields;
+#[cfg(feature = "nifti")]
 mod nifti_geometry;
+#[cfg(feature = "nrrd")]
 mod nrrd;
+#[cfg(feature = "nrrd")]
 mod nrrd_axes;
+#[cfg(feature = "nrrd")]
 mod nrrd_fields;
+#[cfg(feature = "nrrd")]
 mod nrrd_kinds;
+#[cfg(feature = "nrrd")]
 mod nrrd_space;
 mod settings;
 mod store;
@@ -60,6 +70,16 @@ impl Format {
         }
     }
 
+    /// The Cargo feature with which it is read.
+    #[cfg(not(all(feature = "nifti", feature = "nrrd", feature = "meta_image")))]
+    fn feature(self) -> &'static str {
+        match self {
+            Self::Nifti => "nifti",
+            Self::Nrrd => "nrrd",
+            Self::MetaImage => "meta_image",
+        }
+    }
+
     /// Reads the header at the beginning of a file of this format.
     pub(crate) fn parse(
         self,
@@ -67,9 +87,14 @@ impl Format {
         settings: &VolumeReadSettings,
     ) -> Result<GridHeader, VolumeError> {
         match self {
+            #[cfg(feature = "nifti")]
             Self::Nifti => nifti::parse(bytes, settings),
+            #[cfg(feature = "nrrd")]
             Self::Nrrd => nrrd::parse(bytes, settings),
+            #[cfg(feature = "meta_image")]
             Self::MetaImage => meta_image::parse(bytes, settings),
+            #[cfg(not(all(feature = "nifti", feature = "nrrd", feature = "meta_image")))]
+            _ => Err(VolumeError::LeftOut { feature: self.feature() }),
         }
     }
 }

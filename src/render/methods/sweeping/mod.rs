@@ -44,8 +44,6 @@ pub(super) struct SweepingPlugin;
 impl Plugin for SweepingPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "sweeping.wgsl");
-        load_shader_library!(app, "octants.wgsl");
-        load_shader_library!(app, "surface_ray.wgsl");
         embedded_asset!(app, "isosurface.wgsl");
         embedded_asset!(app, "sweep.wgsl");
         embedded_asset!(app, "collect.wgsl");
