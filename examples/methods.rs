@@ -8,7 +8,7 @@ const KEYS: [KeyCode; 6] =
 
 fn main() {
     App::new()
-        .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+        .add_plugins((DefaultPlugins, ContextualAoPlugin))
         .add_systems(Startup, setup)
         .add_systems(Update, (choose, swing))
         .run();

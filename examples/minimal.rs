@@ -4,7 +4,7 @@ use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
 fn main() {
-    App::new().add_plugins((DefaultPlugins, ContextualAoPlugin::default())).add_systems(Startup, setup).run();
+    App::new().add_plugins((DefaultPlugins, ContextualAoPlugin)).add_systems(Startup, setup).run();
 }
 
 fn setup(mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>) {

@@ -10,7 +10,7 @@ struct Turning;
 
 fn main() {
     App::new()
-        .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+        .add_plugins((DefaultPlugins, ContextualAoPlugin))
         .add_systems(Startup, setup)
         .add_systems(Update, turn)
         .run();

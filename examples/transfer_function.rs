@@ -9,7 +9,7 @@ struct Function(Handle<TransferFunction>);
 
 fn main() {
     App::new()
-        .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+        .add_plugins((DefaultPlugins, ContextualAoPlugin))
         .add_systems(Startup, setup)
         .add_systems(Update, toggle_skin)
         .run();

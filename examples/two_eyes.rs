@@ -12,7 +12,7 @@ struct Eye(u32);
 
 fn main() {
     App::new()
-        .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+        .add_plugins((DefaultPlugins, ContextualAoPlugin))
         .add_systems(Startup, setup)
         .add_systems(Update, (split_window, swing))
         .run();

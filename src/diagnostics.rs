@@ -106,7 +106,8 @@ impl core::ops::Add for GpuUsage {
 /// What the render world reports to the main world.
 #[derive(Default)]
 pub(crate) struct Report {
-    pub progress: Vec<(Entity, f32)>,
+    /// Volumes that are seen, and whether their occlusion is ready.
+    pub ready: Vec<(Entity, bool)>,
     pub usage: GpuUsage,
     pub passes: PassLog,
     /// Layers that the carvers' meshes need in all.

@@ -9,7 +9,7 @@
 //! use bevy_contextual_ao::prelude::*;
 //!
 //! App::new()
-//!     .add_plugins((DefaultPlugins, ContextualAoPlugin::default()))
+//!     .add_plugins((DefaultPlugins, ContextualAoPlugin))
 //!     .add_systems(Startup, |mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>| {
 //!         // By default a camera sees nothing nearer than 0.1 m, and slices open what it comes close to.
 //!         let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
@@ -63,10 +63,10 @@ pub mod prelude {
         },
         occlusion::{
             AmbientOcclusion, OcclusionFailed, OcclusionMethod, OcclusionResolution, ProgressiveRays,
-            RayPattern, ShadingMode, Shortcuts, Sky, VolumeShading,
+            RayPattern, ShadingMode, Sky, VolumeShading,
         },
         volume::{
-            ControlPoint, OcclusionProgress, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,
+            ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,
             VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded, VolumeTransferFunction,
         },
     };

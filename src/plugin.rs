@@ -15,7 +15,7 @@ use crate::{
     material::VolumeMaterialPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, Formats, OcclusionRenderPlugin},
-    volume::{OcclusionProgress, VolumeOccluded, VolumePlugin},
+    volume::{OcclusionReady, VolumeOccluded, VolumePlugin},
 };
 
 /// Shows volumes and lets meshes carve them. Add it after Bevy's `DefaultPlugins`.
@@ -23,9 +23,7 @@ use crate::{
 /// On a device without compute shaders (or without a renderer at all) it warns once; assets still
 /// load, volumes are not drawn, the rest of the app is unharmed.
 #[derive(Default)]
-pub struct ContextualAoPlugin {
-    _private: (),
-}
+pub struct ContextualAoPlugin;
 
 impl Plugin for ContextualAoPlugin {
     fn build(&self, app: &mut App) {
@@ -82,7 +80,7 @@ fn receive_report(
     mut commands: Commands,
     channel: Res<ReportChannel>,
     mut status: ResMut<RenderStatus>,
-    mut volumes: Query<&mut OcclusionProgress>,
+    mut volumes: Query<&mut OcclusionReady>,
     mut layers_wanted: ResMut<LayersWanted>,
     mut cut_off: Local<Vec<ClipMeshCutOff>>,
 ) {
@@ -102,11 +100,11 @@ fn receive_report(
         }
         cut_off.clone_from(&report.cut_off);
     }
-    for (entity, progress) in report.progress.drain(..) {
+    for (entity, is_ready) in report.ready.drain(..) {
         let Ok(mut current) = volumes.get_mut(entity) else {
             continue;
         };
-        if current.set_if_neq(OcclusionProgress(progress)) && progress >= 1.0 {
+        if current.set_if_neq(OcclusionReady(is_ready)) && is_ready {
             commands.trigger(VolumeOccluded { entity });
         }
     }

@@ -189,7 +189,7 @@ fn paint(
     for (entity, clip, hovered, outline) in &cutters {
         let color = match clip.operation {
             ClipOperation::Subtract => SUBTRACTING,
-            ClipOperation::Intersect => INTERSECTING,
+            _ => INTERSECTING,
         };
         let is_in_hand = hand.grabbed.map_or(hovered.get(), |grabbed| grabbed == entity);
         let attention = match (is_in_hand, hand.selected == Some(entity)) {

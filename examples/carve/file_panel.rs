@@ -22,7 +22,7 @@ pub struct Files<'w> {
 }
 
 /// What is shown, what is being read, and what went wrong.
-pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, progress: OcclusionProgress) {
+pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready: OcclusionReady) {
     ui.strong(&shown.name);
     if files.hovering.0 {
         ui.label("drop the file to open it");
@@ -41,12 +41,7 @@ pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, progre
     match (&shown.content, files.assets.get_load_state(&volume.0)) {
         (Some(content), _) => {
             ui.weak(&content.summary);
-            let bar = ProgressBar::new(progress.0);
-            ui.add(if progress.0 < 1.0 {
-                bar.text(format!("ambient occlusion {:.0} %", progress.0 * 100.0))
-            } else {
-                bar.text("ambient occlusion complete")
-            });
+            ui.weak(if ready.0 { "ambient occlusion complete" } else { "ambient occlusion on its way" });
         }
         (None, Some(LoadState::Failed(_))) => {
             ui.weak("nothing to show");

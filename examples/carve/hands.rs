@@ -173,7 +173,7 @@ fn toggle_operation(keys: Res<ButtonInput<KeyCode>>, hand: Res<Hand>, mut cutter
     if let Some(mut cutter) = hand.selected.and_then(|entity| cutters.get_mut(entity).ok()) {
         cutter.operation = match cutter.operation {
             ClipOperation::Subtract => ClipOperation::Intersect,
-            ClipOperation::Intersect => ClipOperation::Subtract,
+            _ => ClipOperation::Subtract,
         };
     }
 }

@@ -73,7 +73,7 @@ fn main() -> AppExit {
                 .set(WindowPlugin { primary_window: Some(window), ..default() }),
         )
         .add_plugins((
-            ContextualAoPlugin::default(),
+            ContextualAoPlugin,
             EguiPlugin::default(),
             MeshPickingPlugin,
             PanOrbitCameraPlugin,

@@ -161,8 +161,8 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering, geometry: &Vo
     length_slider(ui, "radius, mm", &mut filtering.radius_mm, unset_mm, RADIUS_VOXELS, geometry);
     ui.add(Slider::new(&mut filtering.brightness, 0.2..=4.0).text("brightness"));
     let threshold = match filtering.modulation {
-        OpacityModulation::None => 0.05,
         OpacityModulation::Variance(threshold) | OpacityModulation::Gradient(threshold) => threshold,
+        _ => 0.05,
     };
     ui.horizontal_wrapped(|ui| {
         ui.label("fades by");
@@ -182,14 +182,14 @@ fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion, geometry: &
     let [radius_mm, bias_mm] = screen.lengths_mm(geometry);
     length_slider(ui, "radius, mm", &mut screen.radius_mm, radius_mm, RADIUS_VOXELS, geometry);
     length_slider(ui, "bias, mm", &mut screen.bias_mm, bias_mm, BIAS_VOXELS, geometry);
-    let samples = 1..=ScreenSpaceOcclusion::MOST_SAMPLES;
+    let samples = 1..=ScreenSpaceOcclusion::MAX_SAMPLES;
     ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
     ui.checkbox(&mut screen.blur, "blur");
 }
 
 fn show_direct(ui: &mut Ui, direct: &mut DirectOcclusion) {
     ui.add(Slider::new(&mut direct.aperture_degrees, 1.0..=89.0).text("aperture, degrees"));
-    ui.add(Slider::new(&mut direct.samples, 1..=DirectOcclusion::MOST_SAMPLES).text("samples along a side"));
+    ui.add(Slider::new(&mut direct.samples, 1..=DirectOcclusion::MAX_SAMPLES).text("samples along a side"));
     ui.add(Slider::new(&mut direct.slice_voxels, 0.25..=4.0).text("slice, voxels"));
     ui.checkbox(&mut direct.exact_distance, "exact distance");
 }

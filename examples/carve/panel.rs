@@ -53,7 +53,7 @@ impl Plugin for PanelPlugin {
 type ShownVolume = (
     &'static Volume3d,
     &'static mut VolumeTransferFunction,
-    &'static OcclusionProgress,
+    &'static OcclusionReady,
     &'static mut AmbientOcclusion,
     &'static mut VolumeShading,
 );
@@ -215,7 +215,7 @@ fn show_cutter(ui: &mut Ui, readings: &Readings) {
     if let Some((cutter, clip)) = selected.and_then(|entity| readings.cutters.get(entity).ok()) {
         let does = match clip.operation {
             ClipOperation::Subtract => "removes what is inside",
-            ClipOperation::Intersect => "keeps what is inside",
+            _ => "keeps what is inside",
         };
         ui.label(format!("selected: {}, {does}", cutter.name));
     }

@@ -10,7 +10,7 @@ pub struct BudgetOptions {
     /// of refusing it: `VolumeBudget::halves`.
     #[arg(long)]
     pub halve: bool,
-    /// What a volume may take on the graphics device, MiB: `VolumeBudget::most_bytes` [default: 4096].
+    /// What a volume may take on the graphics device, MiB: `VolumeBudget::max_bytes` [default: 4096].
     #[arg(long, value_name = "N")]
     pub budget_mib: Option<u64>,
 }
@@ -18,11 +18,8 @@ pub struct BudgetOptions {
 impl BudgetOptions {
     /// The budget.
     pub fn budget(&self) -> VolumeBudget {
-        let most_bytes = self.budget_mib.map(|mib| mib.saturating_mul(1 << 20));
-        VolumeBudget {
-            most_bytes: most_bytes.unwrap_or(VolumeBudget::default().most_bytes),
-            halves: self.halve,
-        }
+        let max_bytes = self.budget_mib.map(|mib| mib.saturating_mul(1 << 20));
+        VolumeBudget { max_bytes: max_bytes.unwrap_or(VolumeBudget::default().max_bytes), halves: self.halve }
     }
 }
 

@@ -109,7 +109,7 @@ impl Headless {
             .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
             .disable::<bevy::log::LogPlugin>();
         let alone = device::alone();
-        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin::default()));
+        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin));
         drop(alone);
         app.init_resource::<Failures>()
             .init_resource::<RenderErrors>()

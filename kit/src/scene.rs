@@ -1,6 +1,7 @@
 //! Scenes, from command-line options and otherwise.
 
 use bevy::prelude::*;
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     prelude::*,
     volume::{VolumeGeometry, VolumeReadSettings, WORLD_UNITS_PER_MM, read_volume_file_with},
@@ -64,7 +65,7 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
-    /// A shortcut to do without (see `Shortcuts`), or `all`; several may be given.
+    /// A optimization to do without (see `Optimizations`), or `all`; several may be given.
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
     /// Start view rays by a fixed pattern.
@@ -144,21 +145,21 @@ pub fn view_from(place: Vec3) -> Transform {
 }
 
 impl SceneOptions {
-    /// The shortcuts that are left.
-    pub fn shortcuts(&self) -> Result<Shortcuts, String> {
-        self.without.iter().try_fold(Shortcuts::default(), |shortcuts, name| {
+    /// The optimizations that are left.
+    pub fn optimizations(&self) -> Result<Optimizations, String> {
+        self.without.iter().try_fold(Optimizations::default(), |optimizations, name| {
             if name == "all" {
-                return Ok(Shortcuts::NONE);
+                return Ok(Optimizations::NONE);
             }
-            let names = Shortcuts::names().collect::<Vec<_>>().join(", ");
-            shortcuts.without(name).ok_or_else(|| format!("--without {name}: expected all, {names}"))
+            let names = Optimizations::names().collect::<Vec<_>>().join(", ");
+            optimizations.without(name).ok_or_else(|| format!("--without {name}: expected all, {names}"))
         })
     }
 
     /// Reads the files and spawns everything.
     pub fn spawn(&self, headless: &mut Headless) -> Result<Scene, String> {
         let parts = self.parts()?;
-        headless.app.insert_resource(self.shortcuts()?);
+        headless.app.insert_resource(self.optimizations()?);
         Ok(parts.spawn(headless))
     }
 

@@ -1,5 +1,6 @@
-//! What each shortcut is worth: carve frames with all of them, then without one at a time.
+//! What each optimization is worth: carve frames with all of them, then without one at a time.
 
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::prelude::*;
 use serde_json::json;
 
@@ -19,33 +20,33 @@ pub fn run(options: &Options) -> Result<(), String> {
     if stage.scene.carvers.is_empty() {
         return Err("--carver is missing: there would be nothing to measure".into());
     }
-    let image = measure(&mut stage, "nothing", Shortcuts::default(), None, options)?;
-    for name in Shortcuts::names() {
-        let shortcuts = Shortcuts::default().without(name);
+    let image = measure(&mut stage, "nothing", Optimizations::default(), None, options)?;
+    for name in Optimizations::names() {
+        let optimizations = Optimizations::default().without(name);
         // What can be sampled is asked only where views are not.
-        let (name, shortcuts) = match name {
-            "sampleable" => ("demand, sampleable", shortcuts.and_then(|rest| rest.without("demand"))),
-            _ => (name, shortcuts),
+        let (name, optimizations) = match name {
+            "sampleable" => ("demand, sampleable", optimizations.and_then(|rest| rest.without("demand"))),
+            _ => (name, optimizations),
         };
-        let shortcuts = shortcuts.ok_or_else(|| format!("there is no shortcut `{name}`"))?;
-        measure(&mut stage, name, shortcuts, Some(&image), options)?;
+        let optimizations = optimizations.ok_or_else(|| format!("there is no optimization `{name}`"))?;
+        measure(&mut stage, name, optimizations, Some(&image), options)?;
     }
     if options.with_published {
-        measure(&mut stage, "all", Shortcuts::NONE, Some(&image), options)?;
+        measure(&mut stage, "all", Optimizations::NONE, Some(&image), options)?;
     }
     Ok(())
 }
 
-/// Prints the figures without some shortcuts, and returns the image.
+/// Prints the figures without some optimizations, and returns the image.
 fn measure(
     stage: &mut Stage,
     without: &str,
-    shortcuts: Shortcuts,
+    optimizations: Optimizations,
     with_all: Option<&[u8]>,
     options: &Options,
 ) -> Result<Vec<u8>, String> {
     stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
-    stage.set_shortcuts(shortcuts);
+    stage.set_shortcuts(optimizations);
     stage.carve(0);
     let frames = if without == "all" { options.slow_frames } else { options.frames };
     // Without demand the first frame casts all.
@@ -54,7 +55,7 @@ fn measure(
     stage.carve(0);
     let image = stage.image();
     let work = stage.count(|stage| stage.carve(1));
-    stage.set_shortcuts(Shortcuts::default());
+    stage.set_shortcuts(Optimizations::default());
     let figures = json!({
         "without": without,
         "recast_voxels": work.voxels,

@@ -1,6 +1,7 @@
 //! How much work a carve frame takes, counted, beside that of the published pipeline.
 
 use bevy::prelude::*;
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     diagnostics::{RenderStatus, Work},
     prelude::*,
@@ -68,19 +69,19 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
 }
 
 /// Voxels that the published pipeline casts in a carve frame: all that are visible and within reach of
-/// the carver, where it is. Without shortcuts a frame casts them even if the carver is at rest, while
+/// the carver, where it is. Without optimizations a frame casts them even if the carver is at rest, while
 /// one that moves has also those of its last place cast, as its occlusion is not kept twice.
 ///
 /// One ray finds the same voxels as many. All are cast in full: samples are rays times steps.
 pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
     let steps = u64::from(stage.occlusion().steps);
     stage.prepare(ShadingMode::Solid, RayPattern::Fibonacci(1))?;
-    stage.set_shortcuts(Shortcuts::NONE);
+    stage.set_shortcuts(Optimizations::NONE);
     stage.set_mode(ShadingMode::Cao);
     // All at first.
     stage.headless.frame();
     let work = stage.count(|_| {});
-    stage.set_shortcuts(Shortcuts::default());
+    stage.set_shortcuts(Optimizations::default());
     if work.samples == work.voxels * steps {
         Ok(work.voxels)
     } else {

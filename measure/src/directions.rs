@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         };
         parts.carvers.clear();
         let mut stage = Stage::new(parts, UVec2::splat(96));
-        let true_rays = most_rays(&stage);
+        let true_rays = max_rays(&stage);
         let truth = Shot::take(&mut stage, RayPattern::Fibonacci(true_rays))?;
         for pattern in PATTERNS {
             let errors = Shot::take(&mut stage, pattern)?.voxel_errors(&truth);
@@ -55,7 +55,7 @@ pub fn run(options: &Options) -> Result<(), String> {
 
 /// 4096 rays, or as many as Mesa's software driver casts: it ends a shader's loops after 65,535 rounds
 /// in all without a word, and an invocation casts half of all rays where 64 share 32 voxels.
-pub fn most_rays(stage: &Stage) -> u32 {
+pub fn max_rays(stage: &Stage) -> u32 {
     if stage.headless.is_software() { (2 * 65_535 / (stage.occlusion().steps + 1)).min(4096) } else { 4096 }
 }
 

@@ -1,6 +1,7 @@
 //! What a distance field saves view rays that look for an isosurface, as in the occlusion sweeping paper (section 3).
 
 use bevy::prelude::*;
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     occlusion::{OcclusionSweeping, SweepingSurface},
     prelude::*,
@@ -46,7 +47,7 @@ fn drawing_ms(
     draw_leaps: bool,
     options: &Options,
 ) -> Result<f64, String> {
-    stage.set_shortcuts(Shortcuts { draw_leaps, ..default() });
+    stage.set_shortcuts(Optimizations { draw_leaps, ..default() });
     let occlusion = AmbientOcclusion { method: method.clone(), ..stage.occlusion() };
     stage.prepare_with(ShadingMode::Solid, occlusion)?;
     Ok(stage.medians(options.warmup, options.frames, |_, _| {}).total)

@@ -52,7 +52,7 @@ struct Options {
     /// Frames before those.
     #[arg(long, default_value_t = 3)]
     warmup: u32,
-    /// With --ablation: also without any shortcut, which is slow.
+    /// With --ablation: also without any optimization, which is slow.
     #[arg(long)]
     with_published: bool,
     /// The largest generated volume, voxels along each side.
@@ -87,7 +87,7 @@ struct Instead {
     /// CT of an engine.
     #[arg(long)]
     times: bool,
-    /// What each shortcut brings: all of them, then each switched off by itself; in the scene given, if
+    /// What each optimization brings: all of them, then each switched off by itself; in the scene given, if
     /// it has a volume, else CT of an engine.
     #[arg(long)]
     ablation: bool,

@@ -1,6 +1,7 @@
 //! A scene at work: changed from frame to frame, timed and counted.
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     diagnostics::{PassLog, RenderStatus, SPAN_DRAW, TimePassesByClock, Work, latest_gpu_ms},
     prelude::*,
@@ -88,8 +89,8 @@ impl Stage {
     }
 
     /// Changes what work is left out.
-    pub fn set_shortcuts(&mut self, shortcuts: Shortcuts) {
-        self.world().insert_resource(shortcuts);
+    pub fn set_shortcuts(&mut self, optimizations: Optimizations) {
+        self.world().insert_resource(optimizations);
     }
 
     /// Changes how the volume is shaded and runs frames until all is there that does not change from

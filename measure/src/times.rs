@@ -1,6 +1,7 @@
 //! How long carve frames take beside those of a dense LAO as published, and what other carvers add.
 
 use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 use serde_json::json;
 
@@ -31,22 +32,22 @@ pub fn run(options: &Options) -> Result<(), String> {
     more_carvers(&mut stage, options)
 }
 
-/// Dense LAO and CAO, both without any shortcut, a carver at its place: so CAO casts what is within its
+/// Dense LAO and CAO, both without any optimization, a carver at its place: so CAO casts what is within its
 /// reach there, as published, and not also what was in its last place.
 pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], String> {
     let pattern = stage.occlusion().pattern;
     stage.prepare(ShadingMode::Solid, pattern)?;
-    stage.set_shortcuts(Shortcuts::NONE);
+    stage.set_shortcuts(Optimizations::NONE);
     stage.set_mode(ShadingMode::Lao);
     let dense = stage.medians(0, frames, |_, _| {});
     stage.set_mode(ShadingMode::Cao);
     // All at first.
     let contextual = stage.medians(1, frames, |_, _| {});
-    stage.set_shortcuts(Shortcuts::default());
+    stage.set_shortcuts(Optimizations::default());
     Ok([dense, contextual])
 }
 
-/// CAO with all shortcuts, a voxel of motion per frame.
+/// CAO with all optimizations, a voxel of motion per frame.
 pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> {
     stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
     Ok(stage.medians(options.warmup, options.frames, Stage::carve))

@@ -24,14 +24,14 @@ pub struct ClipSettings {
     /// A lower bound saves memory and time where meshes have more; what does not fit is filled up
     /// to the farthest surface, with a warning ([`ClipMeshCutOff`](super::ClipMeshCutOff)). With 1
     /// every mesh is carved as published, from its nearest to its farthest surface.
-    pub most_layers: u32,
+    pub max_layers: u32,
     /// How much of a voxel is taken to be clipped.
     pub coverage: CoverageRule,
 }
 
 impl Default for ClipSettings {
     fn default() -> Self {
-        Self { depth_map_size: 1024, most_layers: 8, coverage: CoverageRule::default() }
+        Self { depth_map_size: 1024, max_layers: 8, coverage: CoverageRule::default() }
     }
 }
 
@@ -39,6 +39,7 @@ impl Default for ClipSettings {
 /// others is multiplied by it.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum CoverageRule {
     /// Integrated exactly along the clip camera's line of sight, over 9 lines and, where they
     /// disagree, a lattice of 29: changes steadily when a carver moves. A voxel that two carvers cut
@@ -94,7 +95,7 @@ pub(super) fn update_capacity(
 ) {
     let carvers = carvers.iter().len().min(MAX_CARVERS) as u32;
     let [of_layer, shared] = map_bytes(&settings, wanted.0 > carvers);
-    let spare = budget.most_bytes.saturating_sub(taken.by_volumes + taken.by_methods + shared);
+    let spare = budget.max_bytes.saturating_sub(taken.by_volumes + taken.by_methods + shared);
     let most = (spare / of_layer.max(1)).clamp(1, MAX_LAYERS.into()) as u32;
     // The largest power of two that fits.
     let most = 1 << most.ilog2();

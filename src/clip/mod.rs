@@ -17,9 +17,17 @@ pub(crate) use clip_settings::{ClipCapacity, LayersWanted, MAX_LAYERS};
 pub use clip_settings::{ClipSettings, CoverageRule};
 pub(crate) use relative_pose::RelativePoses;
 
-/// Where the room for the clip maps is decided: whatever binds them comes after.
+/// Where the clip plugin's systems run, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct ClipCapacitySystems;
+#[non_exhaustive]
+pub enum ClipSystems {
+    /// The room for depth and dilation maps is decided.
+    Capacity,
+    /// Skinned and morphing meshes are deformed.
+    Pose,
+    /// Clip cameras follow their meshes.
+    Cameras,
+}
 
 /// Registers the clipping components and keeps every clip camera in step with its mesh.
 pub(crate) struct ClipPlugin;
@@ -34,11 +42,13 @@ impl Plugin for ClipPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    clip_settings::update_capacity.in_set(ClipCapacitySystems).before(VolumeSystems::Bake),
+                    clip_settings::update_capacity.in_set(ClipSystems::Capacity).before(VolumeSystems::Bake),
                     (pose::pose_meshes, pose::remove_poses)
+                        .in_set(ClipSystems::Pose)
                         .after(TransformSystems::Propagate)
                         .before(AssetEventSystems),
                     (clip_camera::update_clip_cameras, clip_camera::remove_clip_cameras)
+                        .in_set(ClipSystems::Cameras)
                         .after(AssetEventSystems)
                         .after(pose::pose_meshes),
                 ),

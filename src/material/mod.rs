@@ -17,11 +17,21 @@ use bevy::{
 pub use volume_material::VolumeMaterial;
 
 use crate::{
-    clip::ClipCapacitySystems,
+    clip::ClipSystems,
     occlusion::fit_occlusion,
-    render::{DeviceSupport, VolumeResourceSystems},
+    render::{DeviceSupport, OcclusionRenderSystems},
     volume::VolumeSystems,
 };
+
+/// Where the material plugin's systems run, in [`PostUpdate`].
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum VolumeMaterialSystems {
+    /// It is decided which occlusion a volume gets of what it asks for.
+    FitOcclusion,
+    /// Volumes get the children that draw them.
+    Attach,
+}
 
 /// Registers the material and gives it to every volume.
 pub(crate) struct VolumeMaterialPlugin;
@@ -34,13 +44,18 @@ impl Plugin for VolumeMaterialPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (fit_occlusion, attach::attach_visuals).chain().run_if(resource_exists::<DeviceSupport>),
+                    (
+                        fit_occlusion.in_set(VolumeMaterialSystems::FitOcclusion),
+                        attach::attach_visuals.in_set(VolumeMaterialSystems::Attach),
+                    )
+                        .chain()
+                        .run_if(resource_exists::<DeviceSupport>),
                     attach::detach_visuals,
                     depth_prepass::require_depth,
                 )
                     .after(TransformSystems::Propagate)
                     .after(VolumeSystems::Bake)
-                    .after(ClipCapacitySystems)
+                    .after(ClipSystems::Capacity)
                     // A volume is drawn in the frame in which it comes.
                     .before(VisibilitySystems::VisibilityPropagate)
                     .before(AssetEventSystems),
@@ -52,7 +67,7 @@ impl Plugin for VolumeMaterialPlugin {
             render_app
                 .insert_resource(ready)
                 .init_resource::<warm_up::ExtractedWarmUps>()
-                .configure_sets(Render, VolumeResourceSystems.before(prepare_materials))
+                .configure_sets(Render, OcclusionRenderSystems::Keep.before(prepare_materials))
                 .add_systems(ExtractSchedule, warm_up::extract_warm_ups)
                 .add_systems(Render, warm_up::find_ready.in_set(RenderSystems::Cleanup));
         }

@@ -19,7 +19,7 @@ pub struct DirectOcclusion {
     /// Angle between the cone's axis and its side, degrees, above 0 and below 90. Wider ones let more distant
     /// structures occlude and need more samples.
     pub aperture_degrees: f32,
-    /// Samples along each side of the grid over the cone's base, at most [`Self::MOST_SAMPLES`]; their number
+    /// Samples along each side of the grid over the cone's base, at most [`Self::MAX_SAMPLES`]; their number
     /// grows with the square. Fewer show as a pattern.
     pub samples: u32,
     /// Distance between slices, in units of the smallest voxel spacing. Smaller ones cost proportionally more
@@ -32,9 +32,9 @@ pub struct DirectOcclusion {
 
 impl DirectOcclusion {
     /// The most samples along each side of the grid.
-    pub const MOST_SAMPLES: u32 = 16;
+    pub const MAX_SAMPLES: u32 = 16;
     /// The most slices of a volume; where there would be more they are farther apart.
-    pub const MOST_SLICES: u32 = 4096;
+    pub const MAX_SLICES: u32 = 4096;
     /// Shading and drawing the volumes of all views, in the diagnostics.
     pub const SPAN: &str = "contextual_ao/direct";
 
@@ -44,7 +44,7 @@ impl DirectOcclusion {
         let number = |value: f32, default: f32| if value.is_nan() { default } else { value };
         Self {
             aperture_degrees: number(self.aperture_degrees, default.aperture_degrees).clamp(0.0, 89.0),
-            samples: self.samples.clamp(1, Self::MOST_SAMPLES),
+            samples: self.samples.clamp(1, Self::MAX_SAMPLES),
             slice_voxels: number(self.slice_voxels, default.slice_voxels).clamp(0.05, 100.0),
             ..*self
         }

@@ -18,6 +18,7 @@ pub struct RayDirection {
 /// [`Fibonacci`](RayPattern::Fibonacci) has a lower error for the same number of rays.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum RayPattern {
     /// The 6 face neighbours of a voxel.
     Neighborhood6,
@@ -41,7 +42,7 @@ impl Default for RayPattern {
 }
 
 /// The most rays of a pattern.
-const MOST_RAYS: u32 = 4096;
+const MAX_RAYS: u32 = 4096;
 
 /// Largest angle, radians, by which the paper's patterns are jittered. The paper gives no figure;
 /// this is about a fifth of the angle between neighbours in the pattern of 26.
@@ -56,7 +57,7 @@ impl RayPattern {
             Self::Neighborhood26 => 26,
             Self::Rubik54 => 54,
             Self::Sphere512 => 512,
-            Self::Fibonacci(rays) => rays.clamp(1, MOST_RAYS),
+            Self::Fibonacci(rays) => rays.clamp(1, MAX_RAYS),
         }
     }
 
@@ -154,8 +155,8 @@ impl FromStr for RayPattern {
     fn from_str(name: &str) -> Result<Self, String> {
         if let Some(rays) = name.strip_prefix("fibonacci:") {
             return match rays.parse() {
-                Ok(rays @ 1..=MOST_RAYS) => Ok(Self::Fibonacci(rays)),
-                _ => Err(format!("`{name}`: the number of rays must be 1 to {MOST_RAYS}")),
+                Ok(rays @ 1..=MAX_RAYS) => Ok(Self::Fibonacci(rays)),
+                _ => Err(format!("`{name}`: the number of rays must be 1 to {MAX_RAYS}")),
             };
         }
         let named =

@@ -20,7 +20,7 @@ pub struct OcclusionFiltering {
     pub density: DensitySource,
     /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere; `None` is 10
     /// voxels. A larger one finds larger hollows and blurs small ones. In whole voxels along each axis, at least
-    /// 1, at most [`Self::MOST_VOXELS`]: occlusion pops where it changes.
+    /// 1, at most [`Self::MAX_VOXELS`]: occlusion pops where it changes.
     pub radius_mm: Option<f32>,
     /// The constant k of the ambient term k O(x) C(x) (equation 5); above 1 brightens. A byte a voxel keeps
     /// k O(x), at most 1.
@@ -31,7 +31,7 @@ pub struct OcclusionFiltering {
 
 impl OcclusionFiltering {
     /// The largest radius, voxels.
-    pub const MOST_VOXELS: u32 = 127;
+    pub const MAX_VOXELS: u32 = 127;
     /// The passes over all volumes that are filtered, in the diagnostics.
     pub const SPAN: &str = "contextual_ao/filter";
 
@@ -73,7 +73,7 @@ impl OcclusionFiltering {
     /// The radius along each of the grid's axes, whole voxels.
     pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
         let voxels = (self.radius_length_mm(geometry) / geometry.spacing_mm).round().as_uvec3();
-        voxels.clamp(UVec3::ONE, UVec3::splat(Self::MOST_VOXELS))
+        voxels.clamp(UVec3::ONE, UVec3::splat(Self::MAX_VOXELS))
     }
 }
 
@@ -111,6 +111,7 @@ impl Default for OcclusionFiltering {
 /// What of a clipped volume is taken for its density.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum DensitySource {
     /// The opacity that the transfer function gives: occlusion fits what is seen, but where the function is
     /// steep opacities jump from voxel to voxel, and single voxels show.
@@ -123,6 +124,7 @@ pub enum DensitySource {
 /// How the share of voxels that are not denser is estimated.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum DensityEstimate {
     /// Chebyshev's one-tailed bound, from mean and variance (Penner and Mitchell 2008): nothing below the mean
     /// is lit, high contrast.
@@ -138,6 +140,7 @@ pub enum DensityEstimate {
 /// What is drawn with less opacity.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum OpacityModulation {
     /// Nothing.
     #[default]

@@ -38,9 +38,9 @@ fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredB
 
 /// What there is for one method.
 struct Room {
-    most_buffer: u64,
+    max_buffer: u64,
     most_texels_z: u32,
-    most_bytes: u64,
+    max_bytes: u64,
 }
 
 /// Keeps a volume's occlusion within the device and the budget.
@@ -59,9 +59,9 @@ pub(crate) fn fit_occlusion(
         let own = fitted.as_ref().map_or(0, |fitted| fitted.bytes);
         let others = by_methods - own + taken.by_volumes + taken.by_carvers;
         let room = Room {
-            most_buffer: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            max_buffer: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
             most_texels_z: limits.max_texture_dimension_3d,
-            most_bytes: budget.most_bytes.saturating_sub(others),
+            max_bytes: budget.max_bytes.saturating_sub(others),
         };
         let new = room.fit(wanted.clamped(), table.geometry.dimensions, *stored);
         by_methods = by_methods - own + new.bytes;
@@ -87,12 +87,12 @@ pub(crate) fn fit_occlusion(
 impl Room {
     fn fit(&self, occlusion: AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> FittedOcclusion {
         let needed = method_bytes(&occlusion, dimensions, stored);
-        let Some((amount, limit, most)) = self.missing(&occlusion, needed, dimensions) else {
+        let Some((amount, limit, max)) = self.missing(&occlusion, needed, dimensions) else {
             return FittedOcclusion { occlusion, shortfall: None, bytes: needed.total };
         };
         let unoccluded = || (default(), OcclusionFallback::Unoccluded);
         let (method, fallback) = occlusion.method.instead().unwrap_or_else(unoccluded);
-        let shortfall = OcclusionShortfall { needed: amount, limit, most, fallback };
+        let shortfall = OcclusionShortfall { needed: amount, limit, max, fallback };
         let less = AmbientOcclusion { method, ..occlusion };
         let fitted = match fallback {
             OcclusionFallback::Unoccluded => FittedOcclusion { occlusion: less, shortfall: None, bytes: 0 },
@@ -110,13 +110,13 @@ impl Room {
         dimensions: UVec3,
     ) -> Option<(u64, OcclusionLimit, u64)> {
         let texels = occlusion.texels().size(dimensions);
-        if needed.largest_buffer > self.most_buffer {
-            Some((needed.largest_buffer, OcclusionLimit::Buffer, self.most_buffer))
+        if needed.largest_buffer > self.max_buffer {
+            Some((needed.largest_buffer, OcclusionLimit::Buffer, self.max_buffer))
         } else if texels.z > self.most_texels_z {
-            let (needed, most) = (u64::from(texels.z), u64::from(self.most_texels_z));
-            Some((needed, OcclusionLimit::Texture, most))
-        } else if needed.total > self.most_bytes {
-            Some((needed.total, OcclusionLimit::Budget, self.most_bytes))
+            let (needed, max) = (u64::from(texels.z), u64::from(self.most_texels_z));
+            Some((needed, OcclusionLimit::Texture, max))
+        } else if needed.total > self.max_bytes {
+            Some((needed.total, OcclusionLimit::Budget, self.max_bytes))
         } else {
             None
         }

@@ -11,11 +11,11 @@ mod fit;
 mod lengths;
 mod method;
 mod method_settings;
+mod optimizations;
 mod progressive;
 #[cfg(feature = "other_methods")]
 mod screen_space;
 mod settings;
-mod shortcuts;
 mod shortfall;
 mod sky;
 #[cfg(feature = "other_methods")]
@@ -33,11 +33,11 @@ pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityM
 pub(crate) use fit::{FittedOcclusion, ShownOcclusion, fit_occlusion};
 pub use method::OcclusionMethod;
 pub use method_settings::{MethodBytes, MethodDrawing, MethodKind, MethodSettings};
+pub use optimizations::Optimizations;
 pub use progressive::ProgressiveRays;
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
-pub use shortcuts::Shortcuts;
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 #[cfg(feature = "other_methods")]
@@ -55,9 +55,9 @@ impl Plugin for OcclusionPlugin {
         require::<VolumeShading>(app);
         #[cfg(feature = "other_methods")]
         app.init_resource::<SweepDistancesAlone>();
-        app.init_resource::<Shortcuts>()
+        app.init_resource::<Optimizations>()
             .add_observer(shortfall::warn_of_shortfall)
-            .register_type::<Shortcuts>()
+            .register_type::<Optimizations>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>();
     }

@@ -24,7 +24,7 @@ pub struct ScreenSpaceOcclusion {
     /// How far something must be in front of a point to occlude it, mm; `None` is half a voxel. Less shows the
     /// steps of voxels, more loses creases.
     pub bias_mm: Option<f32>,
-    /// Points looked at around each pixel, at most [`Self::MOST_SAMPLES`]. More cost proportionally more time
+    /// Points looked at around each pixel, at most [`Self::MAX_SAMPLES`]. More cost proportionally more time
     /// and show less noise.
     pub samples: u32,
     /// Whether the noise is blurred, over 4 x 4 pixels.
@@ -33,20 +33,20 @@ pub struct ScreenSpaceOcclusion {
 
 impl ScreenSpaceOcclusion {
     /// The most points around a pixel.
-    pub const MOST_SAMPLES: u32 = 256;
+    pub const MAX_SAMPLES: u32 = 256;
     /// The longest radius, mm.
-    pub const LONGEST_RADIUS_MM: f32 = 10_000.0;
+    pub const MAX_RADIUS_MM: f32 = 10_000.0;
     /// The passes over all views that are shaded, in the diagnostics. They run after drawing.
     pub const SPAN: &str = "contextual_ao/screen_space";
 
     /// These settings within what can be computed.
     pub(crate) fn clamped(&self) -> Self {
-        let length = |mm: Option<f32>| mm.map(|mm| within(mm, Self::LONGEST_RADIUS_MM));
+        let length = |mm: Option<f32>| mm.map(|mm| within(mm, Self::MAX_RADIUS_MM));
         Self {
             opacity_threshold: within(self.opacity_threshold, 1.0),
             radius_mm: length(self.radius_mm),
             bias_mm: length(self.bias_mm),
-            samples: self.samples.min(Self::MOST_SAMPLES),
+            samples: self.samples.min(Self::MAX_SAMPLES),
             blur: self.blur,
         }
     }
@@ -62,7 +62,7 @@ impl ScreenSpaceOcclusion {
     pub fn kernel(&self) -> Vec<Vec3> {
         // Three numbers whose multiples fill the unit cube evenly: powers of the root of x^4 = x + 1.
         const EVEN: [f64; 3] = [0.8191725133961645, 0.6710436067037893, 0.5497004779019703];
-        let count = self.samples.min(Self::MOST_SAMPLES);
+        let count = self.samples.min(Self::MAX_SAMPLES);
         let point = |k: u32| {
             let [turn, height, volume] = EVEN.map(|step| (0.5 + f64::from(k + 1) * step).fract());
             let (sin, cos) = (core::f64::consts::TAU * turn).sin_cos();
@@ -117,10 +117,7 @@ mod tests {
             let clamped = settings.clamped();
             let lengths = [clamped.radius_mm, clamped.bias_mm];
             assert!(
-                lengths
-                    .iter()
-                    .flatten()
-                    .all(|mm| (0.0..=ScreenSpaceOcclusion::LONGEST_RADIUS_MM).contains(mm))
+                lengths.iter().flatten().all(|mm| (0.0..=ScreenSpaceOcclusion::MAX_RADIUS_MM).contains(mm))
             );
             assert!((0.0..=1.0).contains(&clamped.opacity_threshold));
             assert_eq!(settings.kernel().len(), 256);

@@ -21,11 +21,11 @@ pub struct AmbientOcclusion {
     /// time and lower the error; few rays show as bands in smooth regions.
     pub pattern: RayPattern,
     /// Of methods that cast rays: samples per ray. More reach farther and cost proportionally more time per
-    /// recomputed voxel; a carver then also makes more voxels recompute. At most [`Self::MOST_STEPS`].
+    /// recomputed voxel; a carver then also makes more voxels recompute. At most [`Self::MAX_STEPS`].
     pub steps: u32,
     /// Distance between samples, millimetres; `None` is one voxel, the smallest spacing. Longer steps reach
     /// farther for the same cost and may step over structures thinner than themselves. At most
-    /// [`Self::LONGEST_STEP_MM`].
+    /// [`Self::MAX_STEP_MM`].
     pub step_mm: Option<f32>,
     /// Of methods that cast rays: for how many voxels.
     pub resolution: OcclusionResolution,
@@ -49,6 +49,7 @@ impl Default for AmbientOcclusion {
 /// For how many voxels occlusion is computed.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum OcclusionResolution {
     /// For each.
     #[default]
@@ -70,17 +71,17 @@ impl OcclusionResolution {
 
 impl AmbientOcclusion {
     /// The most samples per ray; more are not taken.
-    pub const MOST_STEPS: u32 = 4096;
+    pub const MAX_STEPS: u32 = 4096;
     /// The longest distance between samples, mm.
-    pub const LONGEST_STEP_MM: f32 = 1000.0;
+    pub const MAX_STEP_MM: f32 = 1000.0;
 
     /// These settings within what can be computed.
     pub(crate) fn clamped(&self) -> Self {
         Self {
             method: self.method.clamped(),
             sky: Sky(self.sky.normalized()),
-            steps: self.steps.min(Self::MOST_STEPS),
-            step_mm: self.step_mm.map(|mm| within(mm, Self::LONGEST_STEP_MM)),
+            steps: self.steps.min(Self::MAX_STEPS),
+            step_mm: self.step_mm.map(|mm| within(mm, Self::MAX_STEP_MM)),
             // Only rays leave out voxels.
             resolution: if self.leaves_out_voxels() { self.resolution } else { default() },
             ..self.clone()
@@ -183,6 +184,7 @@ impl VolumeShading {
 /// What shades the samples of a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum ShadingMode {
     /// The transfer function's colour alone.
     Solid,

@@ -14,14 +14,14 @@ pub struct OcclusionFailed {
 
 /// Memory that an occlusion method does not get.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("its occlusion needs {needed} {limit} {most}: {fallback}")]
+#[error("its occlusion needs {needed} {limit} {max}: {fallback}")]
 pub struct OcclusionShortfall {
     /// What it needs: bytes or texels, as `limit` says.
     pub needed: u64,
     /// What limits it.
     pub limit: OcclusionLimit,
     /// What it can have.
-    pub most: u64,
+    pub max: u64,
     /// What is done instead.
     pub fallback: OcclusionFallback,
 }

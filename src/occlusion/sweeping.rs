@@ -112,6 +112,7 @@ pub struct SweepDistancesAlone(pub bool);
 /// What stops light that sweeps through a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum SweepingSurface {
     /// The opacity of every voxel, over the mean of the three spacings: light takes as many steps along each
     /// axis.
@@ -140,6 +141,7 @@ impl SweepingSurface {
 /// How the light of an octant depends on the surface's normal.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum GeometryTerm {
     /// Not at all: the octants' mean, a byte a voxel. Edges are somewhat brighter.
     #[default]

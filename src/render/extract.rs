@@ -12,7 +12,9 @@ use crate::{
         ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS, RelativePoses, SpawnOrder,
     },
     diagnostics::{CountWork, TimePassesByClock},
-    occlusion::{AmbientOcclusion, FittedOcclusion, MethodKind, Shortcuts, ShownOcclusion, VolumeShading},
+    occlusion::{
+        AmbientOcclusion, FittedOcclusion, MethodKind, Optimizations, ShownOcclusion, VolumeShading,
+    },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
 };
@@ -26,7 +28,7 @@ pub(crate) struct ExtractedScene {
     pub beyond_most: Vec<(Entity, AssetId<Mesh>)>,
     pub clip_settings: ClipSettings,
     pub clip_capacity: ClipCapacity,
-    pub shortcuts: Shortcuts,
+    pub optimizations: Optimizations,
     pub count_work: bool,
 }
 
@@ -116,14 +118,14 @@ pub(crate) fn extract_scene(
     poses: Extract<RelativePoses>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
-    shortcuts: Extract<Res<Shortcuts>>,
+    optimizations: Extract<Res<Optimizations>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
     device: Option<Res<RenderDevice>>,
 ) {
     scene.clip_settings = clip_settings.clone();
     scene.clip_capacity = **clip_capacity;
-    scene.shortcuts = **shortcuts;
+    scene.optimizations = **optimizations;
     scene.count_work = count_work.0 && device.is_some_and(|device| counts_arrive(&device));
     // The counters are cleared and read in the order of the frame.
     timing.0 = time_by_clock.0 && !scene.count_work;

@@ -56,9 +56,17 @@ pub use volumes::{
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
 
-/// Where, in the render world, what stays on the device is made: whatever binds it comes after.
+/// Where the passes' systems run, in the render world.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct VolumeResourceSystems;
+#[non_exhaustive]
+pub enum OcclusionRenderSystems {
+    /// In [`Render`]: what stays on the GPU is made. Whatever binds it comes after.
+    Keep,
+    /// In [`Render`]: it is decided what this frame needs.
+    Plan,
+    /// In [`RenderGraph`]: the passes are encoded, once for all cameras and before any.
+    Encode,
+}
 
 /// Adds the passes to the render world.
 pub(crate) struct OcclusionRenderPlugin;
@@ -120,7 +128,7 @@ impl Plugin for OcclusionRenderPlugin {
                     )
                         .chain()
                         .in_set(RenderSystems::PrepareAssets)
-                        .in_set(VolumeResourceSystems),
+                        .in_set(OcclusionRenderSystems::Keep),
                     (
                         registry::begin_methods,
                         pipelines::find_ready,
@@ -129,14 +137,18 @@ impl Plugin for OcclusionRenderPlugin {
                         plan::plan_volumes,
                     )
                         .chain()
-                        .in_set(RenderSystems::PrepareResources),
+                        .in_set(RenderSystems::PrepareResources)
+                        .in_set(OcclusionRenderSystems::Plan),
                 )
                     .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(
                 RenderGraph,
                 (
-                    encode::encode_passes.in_set(RenderGraphSystems::Render).before(camera_driver),
+                    encode::encode_passes
+                        .in_set(RenderGraphSystems::Render)
+                        .in_set(OcclusionRenderSystems::Encode)
+                        .before(camera_driver),
                     carvers::count_surfaces::request_counts.in_set(RenderGraphSystems::Finish),
                 )
                     .run_if(resource_exists::<DeviceSupport>),

@@ -47,7 +47,7 @@ pub(crate) fn plan_volumes(
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let mut progress = Vec::new();
+    let mut ready = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
             continue;
@@ -55,7 +55,7 @@ pub(crate) fn plan_volumes(
         let are_ready = pipelines.are_there_for(&volume.occlusion.method);
         // Until all carvers carve, nothing is final.
         let is_final = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !carver_plan.waits;
-        progress.push((volume.entity.id(), if is_final { 1.0 } else { 0.0 }));
+        ready.push((volume.entity.id(), is_final));
         if !windows.show(volume) {
             // Whatever changes meanwhile is found by comparison when it is seen again.
             continue;
@@ -70,7 +70,7 @@ pub(crate) fn plan_volumes(
         }
     }
     if let Ok(mut report) = report.0.lock() {
-        report.progress = progress;
+        report.ready = ready;
         report.layers_wanted = carver_plan.layers_wanted;
         report.cut_off.clone_from(&carver_plan.cut_off);
         report.usage = store.usage() + clip_maps.usage();
@@ -107,7 +107,7 @@ fn write_volume(
     let largest = resources.gpu_volume.largest_stored;
     let drawn = resources.kept.as_ref().and_then(|kept| kept.drawn_intensities());
     let uniform =
-        VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), &scene.shortcuts);
+        VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), &scene.optimizations);
     write_if_changed(&mut resources.carvers, table, &gpu.device, &gpu.queue);
     write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue)
 }
@@ -131,11 +131,12 @@ impl Planning<'_, '_> {
         methods: &mut VoxelMethods,
     ) -> Option<ClipJob> {
         let Gpu { device, queue, cache, formats } = self.gpu;
-        let shortcuts = &self.scene.shortcuts;
+        let optimizations = &self.scene.optimizations;
         let mut method = methods.of_mut(&volume.occlusion.method);
         let kept_volume = KeptVolume { volume, resources };
-        let demand = method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, shortcuts));
-        let step = resources.clip_step(volume, contents, demand, shortcuts);
+        let demand =
+            method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, optimizations));
+        let step = resources.clip_step(volume, contents, demand, optimizations);
         let groups = resources.keep_groups(self.clip, formats, cache, device)?;
         let clip = self.clipping.bind(&step, resources, &groups, device, queue);
         let mut kept = resources.kept.take();
@@ -147,7 +148,7 @@ impl Planning<'_, '_> {
                 step: &step,
                 windows: self.windows.onto(volume.entity),
                 looks_different,
-                shortcuts,
+                optimizations,
             };
             method.plan(&mut **kept, &frame, self.gpu);
         }

@@ -3,7 +3,7 @@
 use bevy::{platform::collections::HashSet, prelude::*};
 
 use super::{
-    LookupTable, OcclusionProgress, TransferFunction, Volume, VolumeLoaded, VolumeTransferFunction,
+    LookupTable, OcclusionReady, TransferFunction, Volume, VolumeLoaded, VolumeTransferFunction,
     fit::ShownVolume,
 };
 
@@ -21,7 +21,7 @@ pub(super) fn bake_lookup_tables(
     for (entity, shown, function, table) in &entities {
         let Some(handle) = &shown.volume else {
             if table.is_some() {
-                commands.entity(entity).try_remove::<LookupTable>().try_insert(OcclusionProgress(0.0));
+                commands.entity(entity).try_remove::<LookupTable>().try_insert(OcclusionReady(false));
             }
             continue;
         };
@@ -47,7 +47,7 @@ pub(super) fn bake_lookup_tables(
             volume_revision: shown.revision,
             ..baked
         };
-        commands.entity(entity).try_insert((baked, OcclusionProgress(0.0)));
+        commands.entity(entity).try_insert((baked, OcclusionReady(false)));
         if !shows_volume {
             commands.trigger(VolumeLoaded { entity });
         }

@@ -14,7 +14,7 @@ pub struct VolumeBudget {
     /// halved; a method beyond it leaves a volume without occlusion; carvers beyond it do not carve. What
     /// screen-space and direct occlusion keep for each view goes by its pixels, and is not counted. A higher budget
     /// shows more, as long as the device has the memory; the device cannot be asked how much it has.
-    pub most_bytes: u64,
+    pub max_bytes: u64,
     /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
     /// resolution, or a quarter, with a warning, instead of refusing it with
     /// [`VolumeFailed`](super::VolumeFailed). It is shown whole when there is room.
@@ -23,7 +23,7 @@ pub struct VolumeBudget {
 
 impl Default for VolumeBudget {
     fn default() -> Self {
-        Self { most_bytes: 4 << 30, halves: false }
+        Self { max_bytes: 4 << 30, halves: false }
     }
 }
 
@@ -86,7 +86,7 @@ impl VolumeSize {
 
     /// What the buffers hold of every brick, and the largest of them.
     const BYTES_PER_BRICK: u64 = 52;
-    const MOST_BYTES_PER_BRICK: u64 = 24;
+    const MAX_BYTES_PER_BRICK: u64 = 24;
     /// The lookup table of three rows, how many entries before each have opacity, and the heads of the lists.
     const BYTES_OF_TABLES: u64 =
         3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 2 * 32;
@@ -111,23 +111,23 @@ pub struct TooLarge {
 #[non_exhaustive]
 pub enum SizeLimit {
     /// Texels of a 3D texture along an axis.
-    #[error("are too many: this graphics device holds at most {most} along each axis")]
+    #[error("are too many: this graphics device holds at most {max} along each axis")]
     Texture {
         /// What the device has.
-        most: u32,
+        max: u32,
     },
     /// Bytes of a storage buffer.
-    #[error("need a buffer of {needed} bytes: this graphics device binds at most {most}")]
+    #[error("need a buffer of {needed} bytes: this graphics device binds at most {max}")]
     Buffer {
         /// What the volume needs.
         needed: u64,
         /// What the device has.
-        most: u64,
+        max: u64,
     },
     /// Bytes of [`VolumeBudget`].
     #[error(
         "take {} MiB on the graphics device beside {} MiB that are taken, and VolumeBudget allows {} MiB",
-        mib(*.needed), mib(*.taken), mib(*.most)
+        mib(*.needed), mib(*.taken), mib(*.max)
     )]
     Budget {
         /// What the volume needs.
@@ -135,7 +135,7 @@ pub enum SizeLimit {
         /// What others have.
         taken: u64,
         /// What the budget allows.
-        most: u64,
+        max: u64,
     },
 }
 
@@ -148,18 +148,18 @@ impl VolumeBudget {
     /// What keeps a volume from being shown, if anything does. `device` is what it can hold, `taken` are the bytes
     /// that others have.
     pub(crate) fn check(&self, size: VolumeSize, device: &WgpuLimits, taken: u64) -> Result<(), SizeLimit> {
-        let most = device.max_texture_dimension_3d;
-        if size.dimensions.max_element() > most {
-            return Err(SizeLimit::Texture { most });
+        let max = device.max_texture_dimension_3d;
+        if size.dimensions.max_element() > max {
+            return Err(SizeLimit::Texture { max });
         }
-        let (needed, most) =
-            (size.bricks() * VolumeSize::MOST_BYTES_PER_BRICK, device.max_storage_buffer_binding_size);
-        if needed > most {
-            return Err(SizeLimit::Buffer { needed, most });
+        let (needed, max) =
+            (size.bricks() * VolumeSize::MAX_BYTES_PER_BRICK, device.max_storage_buffer_binding_size);
+        if needed > max {
+            return Err(SizeLimit::Buffer { needed, max });
         }
-        let (needed, most) = (size.bytes(), self.most_bytes);
-        if taken.saturating_add(needed) > most {
-            return Err(SizeLimit::Budget { needed, taken, most });
+        let (needed, max) = (size.bytes(), self.max_bytes);
+        if taken.saturating_add(needed) > max {
+            return Err(SizeLimit::Budget { needed, taken, max });
         }
         Ok(())
     }
@@ -195,7 +195,7 @@ mod tests {
         let small = WgpuLimits { max_storage_buffer_binding_size: 1 << 20, ..default() };
         let budget = VolumeBudget::default();
         let refused = budget.check(size, &small, 0).expect_err("its masks have 48 MiB");
-        assert_eq!(refused, SizeLimit::Buffer { needed: 50_331_648, most: 1 << 20 });
+        assert_eq!(refused, SizeLimit::Buffer { needed: 50_331_648, max: 1 << 20 });
         let (halvings, fits) = budget.halvings(size, &small, 0).expect("a quarter fits");
         assert_eq!((halvings, fits.dimensions), (2, UVec3::splat(128)));
         assert_eq!(budget.check(size, &WgpuLimits::default(), 0), Ok(()));
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn what_others_take_counts() {
         let size = VolumeSize { dimensions: UVec3::splat(64), bytes_per_voxel: 3 };
-        let budget = VolumeBudget { most_bytes: 2 * size.bytes(), halves: false };
+        let budget = VolumeBudget { max_bytes: 2 * size.bytes(), halves: false };
         assert_eq!(budget.check(size, &default(), size.bytes()), Ok(()));
         let refused = budget.check(size, &default(), size.bytes() + 1).expect_err("a byte too many");
         assert!(refused.to_string().contains("VolumeBudget allows 3 MiB"), "{refused}");

@@ -41,7 +41,7 @@ pub enum VolumeFailure {
     TooLarge(#[from] TooLarge),
 }
 
-/// Triggered on a [`Volume3d`] entity when its [`OcclusionProgress`](super::OcclusionProgress) becomes 1.
+/// Triggered on a [`Volume3d`] entity when its [`OcclusionReady`](super::OcclusionReady) becomes `true`.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct VolumeOccluded {
     /// The volume's entity.

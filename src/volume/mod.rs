@@ -41,11 +41,14 @@ pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
 pub use transfer_function::{ControlPoint, GradientPoint, TransferFunction};
 pub use transfer_function_error::TransferFunctionError;
 pub(crate) use volume3d::VolumeBox;
-pub use volume3d::{OcclusionProgress, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};
+pub use volume3d::{OcclusionReady, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 
 /// Where the volume plugin's systems run, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum VolumeSystems {
+    /// It is decided which volume an entity shows: the one that it asks for, a smaller one, or still the one before.
+    Fit,
     /// Transfer functions are baked into a [`LookupTable`] per volume.
     Bake,
 }
@@ -60,7 +63,7 @@ impl Plugin for VolumePlugin {
             .register_asset_reflect::<TransferFunction>()
             .register_type::<Volume3d>()
             .register_type::<VolumeTransferFunction>()
-            .register_type::<OcclusionProgress>()
+            .register_type::<OcclusionReady>()
             .init_asset_loader::<VolumeLoader>()
             .init_asset_loader::<TransferFunctionLoader>()
             .init_resource::<VolumeBudget>()
@@ -73,7 +76,11 @@ impl Plugin for VolumePlugin {
                 // Before asset events go out, so that what is made of a table reaches the renderer
                 // in the same frame as the table.
                 (
-                    (fit::fit_volumes, bake::bake_lookup_tables.in_set(VolumeSystems::Bake)).chain(),
+                    (
+                        fit::fit_volumes.in_set(VolumeSystems::Fit),
+                        bake::bake_lookup_tables.in_set(VolumeSystems::Bake),
+                    )
+                        .chain(),
                     events::report_unreadable,
                 )
                     .before(AssetEventSystems),

@@ -14,6 +14,7 @@ use super::{ControlPoint, TransferFunction, Volume, VolumeGeometry, percentiles:
 /// Opacity is per 350th of the volume's diagonal, about a millimetre for a head. So a mouse is as translucent
 /// as a man, and a halved volume looks like the whole one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Preset {
     /// Bones and teeth alone, ivory.
     CtBone,

@@ -1,6 +1,9 @@
 //! The components that put a volume into a scene.
 
-use bevy::prelude::*;
+use bevy::{
+    asset::{AsAssetId, AssetId},
+    prelude::*,
+};
 
 use super::{TransferFunction, Volume};
 
@@ -19,8 +22,34 @@ pub const WORLD_UNITS_PER_MM: f32 = 0.001;
 /// The volume is drawn by a child of the entity; the plugin puts no mesh and no material on the entity itself.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(VolumeTransferFunction, OcclusionProgress, Transform, Visibility)]
+#[require(VolumeTransferFunction, OcclusionReady, Transform, Visibility)]
 pub struct Volume3d(pub Handle<Volume>);
+
+impl From<Handle<Volume>> for Volume3d {
+    fn from(handle: Handle<Volume>) -> Self {
+        Self(handle)
+    }
+}
+
+impl From<Volume3d> for AssetId<Volume> {
+    fn from(component: Volume3d) -> Self {
+        component.id()
+    }
+}
+
+impl From<&Volume3d> for AssetId<Volume> {
+    fn from(component: &Volume3d) -> Self {
+        component.id()
+    }
+}
+
+impl AsAssetId for Volume3d {
+    type Asset = Volume;
+
+    fn as_asset_id(&self) -> AssetId<Volume> {
+        self.id()
+    }
+}
 
 /// The child of a [`Volume3d`] whose box the volume is drawn on.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,12 +61,38 @@ pub(crate) struct VolumeBox(pub Entity);
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct VolumeTransferFunction(pub Handle<TransferFunction>);
 
-/// Whether all that the shading of a [`Volume3d`] needs is there: 1, or 0 while the volume, the shaders or
-/// the meshes of its carvers are on their way to the device.
+impl From<Handle<TransferFunction>> for VolumeTransferFunction {
+    fn from(handle: Handle<TransferFunction>) -> Self {
+        Self(handle)
+    }
+}
+
+impl From<VolumeTransferFunction> for AssetId<TransferFunction> {
+    fn from(component: VolumeTransferFunction) -> Self {
+        component.id()
+    }
+}
+
+impl From<&VolumeTransferFunction> for AssetId<TransferFunction> {
+    fn from(component: &VolumeTransferFunction) -> Self {
+        component.id()
+    }
+}
+
+impl AsAssetId for VolumeTransferFunction {
+    type Asset = TransferFunction;
+
+    fn as_asset_id(&self) -> AssetId<TransferFunction> {
+        self.id()
+    }
+}
+
+/// Whether all that the shading of a [`Volume3d`] needs is there: `false` while the volume, the shaders or the meshes
+/// of its carvers are on their way to the GPU.
 ///
 /// What is computed is computed in the frame that shows it: changes of the transfer function, of
-/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose do not lower it for longer than a frame. A carver with a new
-/// mesh does, for the frames until it is known how many layers the mesh has.
-#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose do not end it for longer than a frame.
+/// A carver with a new mesh does, for the frames until it is known how many layers the mesh has.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct OcclusionProgress(pub f32);
+pub struct OcclusionReady(pub bool);

@@ -211,7 +211,7 @@ fn more_layers_than_allowed_are_filled_with_a_warning() {
     let has = Judge::new(24).judge(&knot, &knot, |_| {}).layers;
     assert!(has > 1);
     let mut scene = scene();
-    scene.set_clip(|clip| clip.most_layers = 1);
+    scene.set_clip(|clip| clip.max_layers = 1);
     let carver = scene.carve_with(&knot, Transform::default());
     scene.settle();
     scene.headless.frame();
@@ -219,7 +219,7 @@ fn more_layers_than_allowed_are_filled_with_a_warning() {
     assert_eq!(scene.status().clip_layers, 1);
     let filled = scene.occlusion();
     assert_exact(&mut scene, "filled");
-    scene.set_clip(|clip| clip.most_layers = 8);
+    scene.set_clip(|clip| clip.max_layers = 8);
     scene.settle();
     scene.headless.frame();
     assert_eq!(scene.status().clip_layers, has);

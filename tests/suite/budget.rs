@@ -52,9 +52,9 @@ fn scene(is_wide: bool, method: OcclusionMethod) -> TestScene {
 }
 
 /// What a scene tells with such a budget, and what it takes.
-fn with_budget(scene: &mut TestScene, most_bytes: u64) -> (usize, u64) {
+fn with_budget(scene: &mut TestScene, max_bytes: u64) -> (usize, u64) {
     scene.world().insert_resource(Told::default());
-    scene.world().resource_mut::<VolumeBudget>().most_bytes = most_bytes;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = max_bytes;
     scene.headless.frames(5);
     let told = scene.world().resource::<Told>();
     let told = told.failed.len() + told.unoccluded.len();
@@ -99,7 +99,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
     let bytes = bytes_of_rays();
     let mut scene = scene(false, method.clone());
     // Room for two volumes of this size, and for what filtering keeps of neither.
-    scene.world().resource_mut::<VolumeBudget>().most_bytes = 2 * bytes;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = 2 * bytes;
     let first = scene.volume;
     let world = scene.world();
     let data = world.get::<Volume3d>(first).expect("a volume").clone();
@@ -132,7 +132,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
 fn a_volume_that_was_refused_comes_when_another_goes() {
     let bytes = bytes_of_rays();
     let mut scene = scene(false, OcclusionMethod::Rays);
-    scene.world().resource_mut::<VolumeBudget>().most_bytes = bytes;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = bytes;
     scene.settle();
     let image = scene.headless.image();
     assert!(!is_empty(&image));
@@ -158,7 +158,7 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let image = scene.headless.image();
     // The second fits beside the first only at half its size.
     *scene.world().resource_mut::<VolumeBudget>() =
-        VolumeBudget { most_bytes: bytes + 3 * bytes / 5, halves: true };
+        VolumeBudget { max_bytes: bytes + 3 * bytes / 5, halves: true };
     let first = scene.volume;
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(volume(false));

@@ -80,7 +80,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     let mut scene = scene();
     // Room for the depth maps of a carver (20.3 bytes a texel), 213 kB of tables and an eighth of the voxels, of up to
     // 9 bytes each; all of them take 41 kB or more.
-    scene.world().resource_mut::<VolumeBudget>().most_bytes = 1_331_200 + 230_000;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = 1_331_200 + 230_000;
     scene.headless.frames(4);
     assert!(is_empty(&scene.headless.image()));
     let errors = scene.world().resource::<Errors>().0.clone();
@@ -108,7 +108,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     assert!(!is_empty(&fresh) && now == fresh, "the way there shows");
 
     // A budget for nothing refuses everything, and panics at nothing.
-    *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { most_bytes: 0, halves: true };
+    *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { max_bytes: 0, halves: true };
     scene.headless.frames(3);
     assert_eq!(scene.world().resource::<Errors>().0.len(), 1);
     assert!(is_empty(&scene.headless.image()));
@@ -155,9 +155,9 @@ fn a_device_that_lacks_something_draws_the_rest() {
 #[test]
 fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
     // A buffer of four bytes a voxel does not fit. Bevy itself needs no less.
-    let (size, most_bytes) = (UVec3::new(48, 40, 36), 1 << 18);
-    assert!(u64::from(4 * size.element_product()) > most_bytes);
-    let limits = WgpuLimits { max_storage_buffer_binding_size: most_bytes, ..WgpuLimits::default() };
+    let (size, max_bytes) = (UVec3::new(48, 40, 36), 1 << 18);
+    assert!(u64::from(4 * size.element_product()) > max_bytes);
+    let limits = WgpuLimits { max_storage_buffer_binding_size: max_bytes, ..WgpuLimits::default() };
     let image = |occlusion: AmbientOcclusion, mode| {
         let method = occlusion.method.clone();
         let volume = folded_volume(size, DVec3::ONE);

@@ -78,7 +78,7 @@ impl Densities {
             DensityEstimate::Chebyshev => 1.0 - variance / (variance + above * above),
             DensityEstimate::Gaussian => 0.5 * (1.0 + erf(above / (2.0 * variance).sqrt())),
             DensityEstimate::Power if density >= highest => 1.0,
-            DensityEstimate::Power => {
+            _ => {
                 let t = (density - lowest) / (highest - lowest);
                 t.powf((mean - lowest) / (highest - mean))
             }
@@ -219,7 +219,7 @@ fn modulation_is_as_defined() {
                 OpacityModulation::Variance(most) => {
                     (densities.around(voxel, radii).variance / f64::from(most)).min(1.0)
                 }
-                OpacityModulation::None => 1.0,
+                _ => 1.0,
             });
             let drawn: Vec<_> = drawn.collect();
             let error = largest_error(&found, &factors);

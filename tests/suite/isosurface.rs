@@ -4,6 +4,7 @@ use bevy::{
     math::{DAffine3, DMat3, DVec2, DVec3},
     prelude::*,
 };
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
     prelude::*,
@@ -135,7 +136,7 @@ fn sorted(v: DVec3) -> [f64; 3] {
 fn images_with_and_without_leaps(build: impl Fn() -> (TestScene, Entity), to: Transform) -> [Vec<u8>; 2] {
     [true, false].map(|draw_leaps| {
         let (mut scene, carver) = build();
-        scene.world().insert_resource(Shortcuts { draw_leaps, ..default() });
+        scene.world().insert_resource(Optimizations { draw_leaps, ..default() });
         scene.settle();
         let before = scene.headless.image();
         scene.move_carver(carver, to);
@@ -192,7 +193,7 @@ fn sheared_grids_are_not_leapt_through() {
             let volume = volume.expect("a valid volume");
             let mut scene =
                 TestScene::new(volume, opaque_ramp(), isosurface(GeometryTerm::None), ShadingMode::Phong);
-            scene.world().insert_resource(Shortcuts { draw_leaps, ..default() });
+            scene.world().insert_resource(Optimizations { draw_leaps, ..default() });
             scene.settle();
             let camera = scene.camera();
             let around = (0..12).map(|k| {

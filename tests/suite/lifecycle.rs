@@ -248,16 +248,37 @@ fn progress_can_be_watched_and_ends_with_an_event() {
         },
     );
     let volume = scene.volume;
-    let progress = |scene: &mut TestScene| scene.world().get::<OcclusionProgress>(volume).map(|p| p.0);
+    let ready = |scene: &mut TestScene| scene.world().get::<OcclusionReady>(volume).map(|ready| ready.0);
     scene.headless.frame();
-    assert_eq!(progress(&mut scene), Some(0.0));
+    assert_eq!(ready(&mut scene), Some(false));
     assert_eq!(scene.world().resource::<Occluded>().0, 0);
     scene.settle();
-    assert_eq!(progress(&mut scene), Some(1.0));
+    assert_eq!(ready(&mut scene), Some(true));
     assert_eq!(scene.world().resource::<Occluded>().0, 1);
     // Of what a carver's mesh and other methods need, nothing is run.
     scene.headless.frame();
     let passes = scene.status().passes;
     let expected = [SPAN_RANGES, SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];
     assert_eq!(passes.spans().collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn a_carver_that_is_switched_off_carves_nothing_and_keeps_its_maps() {
+    let mut scene = scene();
+    scene.settle();
+    let whole = scene.headless.image();
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), at(4.0));
+    scene.settle();
+    scene.headless.frame();
+    let (carved, maps) = (scene.headless.image(), scene.status().passes.jobs(SPAN_DEPTH));
+    let set = |scene: &mut TestScene, is_active| {
+        scene.world().get_mut::<ClipMesh>(carver).expect("a carver").is_active = is_active;
+        scene.headless.frame();
+    };
+    set(&mut scene, false);
+    assert!(scene.headless.image() == whole, "it carves while it is switched off");
+    set(&mut scene, true);
+    assert!(scene.headless.image() == carved && carved != whole, "it carves again in the same frame");
+    scene.headless.frame();
+    assert_eq!(scene.status().passes.jobs(SPAN_DEPTH), maps, "its maps were made again");
 }

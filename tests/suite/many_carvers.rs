@@ -65,13 +65,13 @@ fn past_the_budget_the_first_carvers_carve_and_the_others_are_told() {
     scene.headless.frames(2);
     let carved = scene.headless.image();
     // As much as is taken now: two layers, and not a third.
-    let most_bytes = scene.status().usage.bytes + 100_000;
-    scene.world().resource_mut::<VolumeBudget>().most_bytes = most_bytes;
+    let max_bytes = scene.status().usage.bytes + 100_000;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = max_bytes;
     let third = scene.carve(Sphere::new(5.0), ClipMesh::default(), place(2));
     scene.settle();
     scene.headless.frames(2);
     assert_eq!(different_pixels(&scene.headless.image(), &carved), 0);
-    assert!(scene.status().usage.bytes <= most_bytes, "{:?}", scene.status().usage);
+    assert!(scene.status().usage.bytes <= max_bytes, "{:?}", scene.status().usage);
     let told: Vec<_> =
         scene.world().resource::<CutOff>().0.iter().map(|event| (event.entity, event.gets_layers)).collect();
     assert_eq!(told, [(third, 0)]);

@@ -60,7 +60,7 @@ fn a_volume_beyond_the_budget_is_halved_where_asked() {
     assert!(!is_empty(&with(&["--budget-mib", "45"]).expect("it fits")));
     let options = parse(&["--budget-mib", "3", "--halve"]).expect("both can be given");
     let budget = options.budget.budget();
-    assert_eq!((budget.most_bytes, budget.halves), (3 << 20, true));
+    assert_eq!((budget.max_bytes, budget.halves), (3 << 20, true));
     assert_eq!(parse(&[]).expect("nothing need be given").budget.budget(), VolumeBudget::default());
 }
 

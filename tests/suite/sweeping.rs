@@ -167,7 +167,8 @@ impl Case {
                 let exponent = self.spacing.element_sum() / 3.0 / f64::from(STEP_MM);
                 opacities.iter().map(|opacity| (1.0 - opacity).powf(exponent)).collect()
             }
-            SweepingSurface::Isovalue(isovalue) | SweepingSurface::Isosurface(isovalue) => {
+            surface => {
+                let isovalue = surface.isovalue().expect("a surface at an isovalue");
                 let clipped = |value: &f64, opacity: f64| {
                     let inside = value - f64::from(isovalue);
                     if opacity > 0.0 { inside } else { -inside.abs() }

@@ -379,7 +379,7 @@ fn every_mode_shades_the_integral() {
                 ShadingMode::Solid => sample.color,
                 ShadingMode::Phong => blinn_phong(sample.color, facing, 1.0),
                 ShadingMode::Cao | ShadingMode::Lao => sample.color * factor,
-                ShadingMode::PhongCao => blinn_phong(sample.color, facing, factor),
+                _ => blinn_phong(sample.color, facing, factor),
             }
         };
         let integral = Integral { shade: &shade, ..Integral::of(&volume, &function) };

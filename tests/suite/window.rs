@@ -232,7 +232,7 @@ fn a_dropped_file_that_cannot_be_shown_changes_nothing() {
     std::fs::write(window.folder.join("broken.vp"), "not numbers").expect("write");
     write_volume(&window.folder.join("large.nrrd"), 128);
     // Depth maps take 21 MiB, the large volume 8.
-    window.headless.app.insert_resource(VolumeBudget { most_bytes: 25 << 20, halves: false });
+    window.headless.app.insert_resource(VolumeBudget { max_bytes: 25 << 20, halves: false });
     let before = window.content();
     for (name, words) in [
         ("notes.txt", "neither a volume"),

@@ -86,7 +86,7 @@ impl Headless {
     /// What a volume is not ready without; nothing if it is.
     fn missing(&mut self, volume: Entity) -> Vec<String> {
         let world = self.app.world_mut();
-        if world.get::<OcclusionProgress>(volume).is_some_and(|progress| progress.0 >= 1.0) {
+        if world.get::<OcclusionReady>(volume).is_some_and(|ready| ready.0) {
             return Vec::new();
         }
         let mut missing = vec!["the volume's occlusion".to_owned()];

@@ -48,7 +48,7 @@ pub fn rule_name(rule: CoverageRule) -> &'static str {
     match rule {
         CoverageRule::Lines => "lines",
         CoverageRule::Points => "published 9 + 32",
-        CoverageRule::Center => "centre",
+        _ => "centre",
     }
 }
 

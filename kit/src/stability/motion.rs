@@ -2,6 +2,7 @@
 //! published coverage rule and by the default; and how close both are to the exact share.
 
 use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
 
 use super::{
@@ -94,7 +95,7 @@ impl Watched {
         pose: impl Fn(u32) -> Transform,
     ) -> Self {
         // Occlusion is watched where the camera does not see it as well.
-        solid.scene.world().insert_resource(Shortcuts { demand: false, ..default() });
+        solid.scene.world().insert_resource(Optimizations { demand: false, ..default() });
         let carver = solid.carve(&case.mesh, case.pose, |clip| clip.coverage = rule);
         let scene = &mut solid.scene;
         let mut watched = Self::default();

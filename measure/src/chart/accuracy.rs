@@ -11,7 +11,7 @@ use super::{
     definitions::Definitions,
     methods::{Own, Setting},
 };
-use crate::{directions::most_rays, stage::Stage};
+use crate::{directions::max_rays, stage::Stage};
 use contextual_ao_kit::{chart::rms, headless::voxel_at};
 
 /// Frames of which the errors are taken: each follows a step of the carver, whose last step leads to where it
@@ -55,7 +55,7 @@ pub struct Accuracy {
 impl Accuracy {
     /// Casts very many rays. The intensities are those that the carver leaves where it was spawned.
     pub fn new(stage: &mut Stage, intensities: Vec<u16>) -> Result<Self, String> {
-        let true_rays = most_rays(stage);
+        let true_rays = max_rays(stage);
         let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(true_rays), ..stage.occlusion() };
         // All in the first frame: it takes many times as long as all others.
         stage.carve(STEPS - 1);

@@ -53,7 +53,7 @@ impl Definitions {
         let radius = filtering.radii(&self.geometry).as_ivec3();
         match filtering.density {
             DensitySource::Opacity => self.not_denser_within(radius, &self.opacities),
-            DensitySource::Intensity => self.not_denser_within(radius, &self.intensities),
+            _ => self.not_denser_within(radius, &self.intensities),
         }
     }
 

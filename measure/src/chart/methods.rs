@@ -1,6 +1,7 @@
 //! The methods of the chart and their settings: one list.
 
 use bevy::prelude::*;
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
@@ -18,7 +19,7 @@ pub struct Setting {
     /// A short name.
     pub label: String,
     pub mode: ShadingMode,
-    pub shortcuts: Shortcuts,
+    pub optimizations: Optimizations,
     pub occlusion: AmbientOcclusion,
     pub own: Own,
 }
@@ -68,8 +69,8 @@ impl SceneScale {
     }
 
     fn of(&self, family: &'static str, label: impl Into<String>, occlusion: AmbientOcclusion) -> Setting {
-        let (mode, shortcuts) = (ShadingMode::Cao, Shortcuts::default());
-        Setting { family, label: label.into(), mode, shortcuts, occlusion, own: Own::Rays }
+        let (mode, optimizations) = (ShadingMode::Cao, Optimizations::default());
+        Setting { family, label: label.into(), mode, optimizations, occlusion, own: Own::Rays }
     }
 
     fn by(&self, family: &'static str, label: impl Into<String>, method: OcclusionMethod) -> Setting {
@@ -97,7 +98,7 @@ impl SceneScale {
     fn dense(&self) -> impl Iterator<Item = Setting> {
         let dense = |pattern| Setting {
             mode: ShadingMode::Lao,
-            shortcuts: Shortcuts::NONE,
+            optimizations: Optimizations::NONE,
             ..self.of(DENSE.0, format!("LAO {}", short(pattern)), self.rays(pattern))
         };
         PATTERNS.into_iter().map(dense)
@@ -105,7 +106,7 @@ impl SceneScale {
 
     fn contextual(&self) -> Vec<Setting> {
         let published = Setting {
-            shortcuts: Shortcuts::NONE,
+            optimizations: Optimizations::NONE,
             ..self.of("CAO as published", "published 54", self.rays(RayPattern::Rubik54))
         };
         let ours = PATTERNS

@@ -157,7 +157,7 @@ fn count_surfaces(
 /// How many layers each carver is to get whose surfaces are known. All together get no more than
 /// the arrays can have; where it is not enough, those that were spawned first get theirs.
 fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut CarverPlan) -> Vec<(Entity, u32)> {
-    let most = scene.clip_settings.most_layers.clamp(1, MAX_LAYERS);
+    let most = scene.clip_settings.max_layers.clamp(1, MAX_LAYERS);
     let mut spare = scene.clip_capacity.most;
     let mut others = scene.carvers.len() as u32;
     let beyond_most = scene.beyond_most.iter();

@@ -103,7 +103,7 @@ struct BoxClipping {
 // The same tests for all points of a box in volume space (mm) that is given by its centre and three half
 // edges. More texels than a few are not looked at: then it may affect some.
 fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxClipping {
-    const MOST_TEXELS: i32 = 10;
+    const MAX_TEXELS: i32 = 10;
     let unknown = BoxClipping(is_near(carver, center_mm, volume.brick_radius_mm + volume.reach_mm), false);
     if carver.operation == OPERATION_REGION {
         return unknown;
@@ -118,7 +118,7 @@ fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxCl
     let is_inside_map = all(first >= vec2(0.0)) && all(last <= vec2(limit));
     let low = vec2<i32>(clamp(first, vec2(0.0), vec2(limit)));
     let high = vec2<i32>(clamp(last, vec2(0.0), vec2(limit)));
-    if any(high - low >= vec2(MOST_TEXELS)) {
+    if any(high - low >= vec2(MAX_TEXELS)) {
         return unknown;
     }
     // Points in the inflated mesh: any; in the shrunk mesh: all.

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::changes::Changes;
 use crate::{
-    occlusion::Shortcuts,
+    occlusion::Optimizations,
     render::{
         extract::ExtractedVolume,
         volumes::{
@@ -52,7 +52,7 @@ impl VolumeResources {
         volume: &ExtractedVolume,
         contents: Contents,
         demand: Demand,
-        shortcuts: &Shortcuts,
+        optimizations: &Optimizations,
     ) -> ClipStep {
         let state = &mut self.state;
         let recomputes_all = volume.shading.mode.recomputes_all();
@@ -77,12 +77,12 @@ impl VolumeResources {
                 (Some(past.into_iter().chain(present).collect()), count)
             }
             // As if all had just come.
-            _ if !shortcuts.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
+            _ if !optimizations.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
             _ => (None, 0),
         };
         let differs_in_table_alone = |old: &Contents| old.differs_in_table_alone(&contents);
         let pass = ClipPassUniform {
-            lists_all: (is_all_stale || !shortcuts.lists).into(),
+            lists_all: (is_all_stale || !optimizations.lists).into(),
             is_all_stale: is_all_stale.into(),
             queue: queue as u32,
             changes: changes.as_ref().map_or(0, |changes| changes.len() as u32),

@@ -23,7 +23,7 @@ pub(crate) const WIDTH: u32 = 64;
 /// Words of the head of one end of a list, the arguments of the dispatch first (`work_list.wgsl`).
 pub(crate) const LIST_HEAD: u32 = 4;
 /// Most workgroups along one dimension of a dispatch (the WebGPU limit).
-const MOST_GROUPS: u32 = 65_535;
+const MAX_GROUPS: u32 = 65_535;
 
 /// Number of bricks of a volume along each axis, those at its edges counted whole.
 pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
@@ -154,7 +154,7 @@ impl ComputePass {
             }
             Groups::Invocations(count) => {
                 let groups = count.div_ceil(WIDTH);
-                let rows = groups.div_ceil(MOST_GROUPS).max(1);
+                let rows = groups.div_ceil(MAX_GROUPS).max(1);
                 pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
             }
             Groups::Listed(list, end) => {

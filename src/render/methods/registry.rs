@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 
 use super::voxel_method::{KeptVolume, VolumeFrame, VoxelMethod};
 use crate::{
-    occlusion::{OcclusionMethod, Shortcuts},
+    occlusion::{OcclusionMethod, Optimizations},
     render::{
         clipping::step::Demand,
         extract::ExtractedScene,
@@ -83,7 +83,7 @@ pub(crate) trait AnyVoxelMethod: Send + Sync {
         volume: &KeptVolume,
         gpu: &Gpu,
     ) -> Box<dyn MethodResources>;
-    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand;
+    fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand;
     fn plan(&mut self, kept: &mut dyn MethodResources, volume: &VolumeFrame, gpu: &Gpu);
     fn encode(&self, frame: &mut Frame, cache: &PipelineCache);
 }
@@ -118,8 +118,8 @@ impl<M: VoxelMethod> AnyVoxelMethod for Registered<M> {
         Box::new(self.method.keep(kept, volume, gpu))
     }
 
-    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand {
-        self.method.demand(volume, shortcuts)
+    fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand {
+        self.method.demand(volume, optimizations)
     }
 
     fn plan(&mut self, kept: &mut dyn MethodResources, volume: &VolumeFrame, gpu: &Gpu) {

@@ -8,7 +8,7 @@ use bevy::{
 };
 
 use crate::{
-    occlusion::{MethodSettings, OcclusionMethod, Shortcuts},
+    occlusion::{MethodSettings, OcclusionMethod, Optimizations},
     render::{
         clipping::step::{ClipStep, Demand},
         extract::ExtractedVolume,
@@ -49,8 +49,8 @@ pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
 
     /// What it asks of clipping.
     #[doc(hidden)]
-    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand {
-        let _ = (volume, shortcuts);
+    fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand {
+        let _ = (volume, optimizations);
         default()
     }
 
@@ -89,7 +89,7 @@ pub struct VolumeFrame<'a> {
     pub(crate) windows: &'a [VolumeWindow],
     /// Whether it is drawn otherwise than before, for any reason.
     pub(crate) looks_different: bool,
-    pub(crate) shortcuts: &'a Shortcuts,
+    pub(crate) optimizations: &'a Optimizations,
 }
 
 impl VolumeFrame<'_> {

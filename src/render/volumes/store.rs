@@ -49,6 +49,7 @@ pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
 
 /// A texture of one value in [0, 1] per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum VolumeTexture {
     /// Opacity after clipping, of one occlusion step.
     Opacities,
@@ -61,6 +62,7 @@ pub enum VolumeTexture {
 
 /// A yes or no per voxel. In the order of the masks on the device, of which there is one more between.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum VoxelMask {
     /// The occlusion is up to date: it has been cast since anything changed that it depends on. Says nothing
     /// of voxels that are hidden.

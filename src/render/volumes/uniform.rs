@@ -2,7 +2,7 @@
 
 use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
-use crate::{occlusion::Shortcuts, render::extract::ExtractedVolume, volume::LookupTable};
+use crate::{occlusion::Optimizations, render::extract::ExtractedVolume, volume::LookupTable};
 
 /// One volume, as `VolumeUniform` in WGSL.
 #[derive(Clone, Debug, Default, PartialEq, ShaderType)]
@@ -48,7 +48,7 @@ impl VolumeUniform {
         drawn: Option<Vec2>,
         [depth_map_size, dilation_map_size]: [u32; 2],
         carvers: usize,
-        shortcuts: &Shortcuts,
+        optimizations: &Optimizations,
     ) -> Self {
         let geometry = &volume.geometry;
         let texture_from_voxel = geometry.texture_from_voxel();
@@ -86,8 +86,8 @@ impl VolumeUniform {
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
             footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
-            tests_all_carvers: if shortcuts.near_carvers { 0 } else { bits_of(carvers) },
-            draw_leaps: shortcuts.draw_leaps.into(),
+            tests_all_carvers: if optimizations.near_carvers { 0 } else { bits_of(carvers) },
+            draw_leaps: optimizations.draw_leaps.into(),
             visible_intensities: drawn
                 .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),

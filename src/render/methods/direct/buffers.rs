@@ -72,7 +72,7 @@ impl Buffers {
             };
             TextureAndView::new(device, &descriptor, TextureViewDimension::D2)
         };
-        let mut numbers = vec![0u32; (DirectOcclusion::MOST_SLICES * NUMBER_STRIDE / 4) as usize];
+        let mut numbers = vec![0u32; (DirectOcclusion::MAX_SLICES * NUMBER_STRIDE / 4) as usize];
         for (number, place) in (0..).zip(numbers.iter_mut().step_by(NUMBER_STRIDE as usize / 4)) {
             *place = number;
         }

@@ -60,7 +60,7 @@ impl Slicing {
         let end = depths.into_iter().fold(f64::MIN, f64::max);
         let depth_per_mm = depth_from_local.truncate().length();
         let wanted = geometry.spacing_mm.min_element() * f64::from(settings.slice_voxels) * depth_per_mm;
-        let slice_depth = wanted.max((end - begin) / f64::from(DirectOcclusion::MOST_SLICES - 1));
+        let slice_depth = wanted.max((end - begin) / f64::from(DirectOcclusion::MAX_SLICES - 1));
         // One goes through the middle: slices stay where they are in the volume when the camera moves along
         // its axis, and a volume however thin has one.
         let center_depth = depth(DVec3::ZERO);
@@ -83,7 +83,7 @@ impl Slicing {
                 samples: settings.samples,
                 exact_distance: settings.exact_distance.into(),
             },
-            count: (count as u32).min(DirectOcclusion::MOST_SLICES),
+            count: (count as u32).min(DirectOcclusion::MAX_SLICES),
             center_depth,
         })
     }
@@ -143,7 +143,7 @@ mod tests {
         let count = |slicing: Option<Slicing>| slicing.map(|slicing| slicing.count);
         // The grid's second axis is the line of sight.
         let many = count(slicing(UVec3::new(1, 400, 1), 0.0, 0.1)).unwrap_or_default();
-        assert!((4000..=DirectOcclusion::MOST_SLICES).contains(&many), "{many} slices");
+        assert!((4000..=DirectOcclusion::MAX_SLICES).contains(&many), "{many} slices");
         assert_eq!(count(slicing(UVec3::new(9, 9, 9), f32::INFINITY, 1.0)), Some(1));
         assert!(count(slicing(UVec3::new(9, 9, 9), f32::NAN, 1.0)).is_some_and(|count| count >= 9));
         assert_eq!(slicing(UVec3::new(9, 9, 9), 1.0, f64::NAN), None);

@@ -2,7 +2,7 @@
 // spherical pattern of rays (equations 2 and 3). A workgroup takes the voxels of one word of the mask
 // that are to be cast, and deals out all their rays to its invocations: neighbours look the same way.
 //
-// However many voxels and shortcuts there are, the result has the same bits: what the rays find is
+// However many voxels and optimizations there are, the result has the same bits: what the rays find is
 // added up in whole numbers, so the order does not matter and n equal samples count n times; leaps
 // pass over samples that are exactly 0; and a ray that lets less than half a quantum of the stored
 // byte through counts as opaque, whether it goes on or not.

@@ -10,7 +10,7 @@ use super::{
     mark::MarkJob,
 };
 use crate::{
-    occlusion::{ProgressiveRays, Shortcuts},
+    occlusion::{Optimizations, ProgressiveRays},
     render::{
         clipping::step::{Demand, outlines},
         extract::ExtractedVolume,
@@ -43,7 +43,7 @@ fn progressive(volume: &ExtractedVolume) -> Option<ProgressiveRays> {
 }
 
 /// What clipping has to list: nothing where views are followed.
-pub(super) fn demand(volume: &ExtractedVolume, shortcuts: &Shortcuts) -> Demand {
+pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) -> Demand {
     let mode = volume.shading.mode;
     // All rays begin anew.
     let restarts = progressive(volume).is_some();
@@ -51,9 +51,9 @@ pub(super) fn demand(volume: &ExtractedVolume, shortcuts: &Shortcuts) -> Demand 
         Queue::None
     } else if mode.recomputes_all() {
         Queue::All
-    } else if shortcuts.demand && !restarts {
+    } else if optimizations.demand && !restarts {
         Queue::None
-    } else if shortcuts.sampleable {
+    } else if optimizations.sampleable {
         Queue::Sampleable
     } else {
         Queue::Visible
@@ -64,7 +64,7 @@ pub(super) fn demand(volume: &ExtractedVolume, shortcuts: &Shortcuts) -> Demand 
 impl Rays {
     /// Decides what is cast, and records it as done: once planned, it is.
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
-        let VolumeFrame { volume, resources, step, windows, shortcuts, .. } = *frame;
+        let VolumeFrame { volume, resources, step, windows, optimizations, .. } = *frame;
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
         let unmarked = unmarked(views, &kept.marked, frame);
@@ -90,8 +90,8 @@ impl Rays {
             first_ray: cast.start,
             end_ray: cast.end,
             steps: volume.occlusion.steps,
-            ends_early: shortcuts.early_end.into(),
-            leaps: shortcuts.leaps.into(),
+            ends_early: optimizations.early_end.into(),
+            leaps: optimizations.leaps.into(),
             kept: kept_share,
             found_weight,
         };
@@ -113,15 +113,15 @@ impl Rays {
 
 /// The parts of views in which they may read what they have not read before.
 fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFrame) -> Vec<WindowUniform> {
-    let VolumeFrame { volume, step, shortcuts, .. } = *frame;
+    let VolumeFrame { volume, step, optimizations, .. } = *frame;
     // What a view reads that it has read before can differ only where one of the changes shows.
-    let few = step.changes.as_ref().filter(|_| shortcuts.outlines && !step.is_all_stale);
+    let few = step.changes.as_ref().filter(|_| optimizations.outlines && !step.is_all_stale);
     let outlines = few.and_then(|changes| outlines(changes, volume));
     let unread = |view: &VolumeWindow| {
         let is_new = frame.looks_different || !marked.contains(&view.uniform);
         match &outlines {
             Some(outlines) if !is_new => view.around(outlines),
-            _ => (is_new || step.has_changes() || !shortcuts.rest).then_some(view.uniform),
+            _ => (is_new || step.has_changes() || !optimizations.rest).then_some(view.uniform),
         }
     };
     views.iter().filter_map(unread).collect()

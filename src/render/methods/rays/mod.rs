@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     diagnostics::{COUNTERS, SPAN_MARK, SPAN_RAY_CAST},
-    occlusion::{MethodKind, OcclusionMethod, ProgressiveRays, Shortcuts},
+    occlusion::{MethodKind, OcclusionMethod, Optimizations, ProgressiveRays},
     render::{
         clipping::step::Demand,
         extract::ExtractedScene,
@@ -77,8 +77,8 @@ impl VoxelMethod for Rays {
         kept.unwrap_or_default().update(volume, gpu)
     }
 
-    fn demand(&self, volume: &KeptVolume, shortcuts: &Shortcuts) -> Demand {
-        frame::demand(volume.volume, shortcuts)
+    fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand {
+        frame::demand(volume.volume, optimizations)
     }
 
     fn plan(&self, kept: &mut KeptRays, volume: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {

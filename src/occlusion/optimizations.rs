@@ -5,11 +5,11 @@ use bevy::{prelude::*, reflect::Typed};
 /// Ways of leaving out work without changing a bit of the image. All are on; each can be switched off
 /// by itself, to see what it is worth or to suspect it of a fault.
 ///
-/// With all of them off ([`Shortcuts::NONE`]) occlusion is computed as published: every frame visits
+/// With all of them off ([`Optimizations::NONE`]) occlusion is computed as published: every frame visits
 /// every voxel and casts full rays from all that a carver affects.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
-pub struct Shortcuts {
+pub struct Optimizations {
     /// A frame in which nothing changed computes nothing. Off: clipping and occlusion are computed
     /// in every frame.
     pub rest: bool,
@@ -33,7 +33,7 @@ pub struct Shortcuts {
     pub near_carvers: bool,
 }
 
-impl Shortcuts {
+impl Optimizations {
     /// The algorithm as published.
     pub const NONE: Self = Self::all(false);
 
@@ -57,14 +57,14 @@ impl Shortcuts {
         info.into_iter().flat_map(|info| info.field_names()).copied()
     }
 
-    /// These, without the one of a name among [`Shortcuts::names`]; `None` for any other name.
+    /// These, without the one of a name among [`Optimizations::names`]; `None` for any other name.
     pub fn without(mut self, name: &str) -> Option<Self> {
         *self.get_field_mut::<bool>(name)? = false;
         Some(self)
     }
 }
 
-impl Default for Shortcuts {
+impl Default for Optimizations {
     fn default() -> Self {
         Self::all(true)
     }

@@ -1,7 +1,8 @@
-//! What is left out does not show: every shortcut, and all of them together, leave each bit of the image
+//! What is left out does not show: every optimization, and all of them together, leave each bit of the image
 //! and of the occlusion as it is without them.
 
 use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{diagnostics::Work, prelude::*};
 
 use crate::needs;
@@ -12,9 +13,9 @@ use crate::scene::{
 
 const SIZE: UVec3 = UVec3::new(38, 33, 29);
 
-fn scene(function: TransferFunction, spacing: DVec3, shortcuts: Shortcuts) -> TestScene {
+fn scene(function: TransferFunction, spacing: DVec3, optimizations: Optimizations) -> TestScene {
     TestScene::with(folded_volume(SIZE, spacing), function, few_rays(), ShadingMode::Cao, |app| {
-        app.insert_resource(shortcuts);
+        app.insert_resource(optimizations);
     })
 }
 
@@ -40,15 +41,15 @@ fn no_shortcut_changes_a_bit() {
         ("opaque", opaque_ramp(), DVec3::ONE),
         ("translucent, anisotropic", translucent_ramp(), DVec3::new(1.0, 0.8, 1.9)),
     ] {
-        let published = carved(scene(function.clone(), spacing, Shortcuts::NONE));
+        let published = carved(scene(function.clone(), spacing, Optimizations::NONE));
         assert!(!is_empty(&published.1));
-        let all = (String::from("all shortcuts"), Shortcuts::default());
-        let each = Shortcuts::names().map(|without| {
-            let rest = Shortcuts::default().without(without).expect("a shortcut of that name");
+        let all = (String::from("all optimizations"), Optimizations::default());
+        let each = Optimizations::names().map(|without| {
+            let rest = Optimizations::default().without(without).expect("an optimization of that name");
             (format!("all but {without}"), rest)
         });
-        for (which, shortcuts) in each.chain([all]) {
-            let (occlusion, image) = carved(scene(function.clone(), spacing, shortcuts));
+        for (which, optimizations) in each.chain([all]) {
+            let (occlusion, image) = carved(scene(function.clone(), spacing, optimizations));
             assert_eq!(count_different(&occlusion, &published.0), 0, "{name}, {which}");
             assert!(image == published.1, "{name}, {which}: the image is not the same");
         }
@@ -56,8 +57,8 @@ fn no_shortcut_changes_a_bit() {
 }
 
 /// What a frame takes in which a carver moves.
-fn work_of_a_carve(shortcuts: Shortcuts) -> Work {
-    let mut scene = scene(opaque_ramp(), DVec3::ONE, shortcuts);
+fn work_of_a_carve(optimizations: Optimizations) -> Work {
+    let mut scene = scene(opaque_ramp(), DVec3::ONE, optimizations);
     let at = |x| Transform::from_xyz(x, 6.0, 7.0);
     let carver = scene.carve(Sphere::new(7.0), ClipMesh::default(), at(6.0));
     scene.settle();
@@ -67,28 +68,28 @@ fn work_of_a_carve(shortcuts: Shortcuts) -> Work {
 
 #[test]
 fn shortcuts_save_samples() {
-    if !needs::counters(&mut scene(opaque_ramp(), DVec3::ONE, Shortcuts::NONE)) {
+    if !needs::counters(&mut scene(opaque_ramp(), DVec3::ONE, Optimizations::NONE)) {
         return;
     }
-    let published = work_of_a_carve(Shortcuts::NONE);
-    let all = work_of_a_carve(Shortcuts::default());
+    let published = work_of_a_carve(Optimizations::NONE);
+    let all = work_of_a_carve(Optimizations::default());
     let steps_and_rays = u64::from(few_rays().steps * few_rays().pattern.rays());
     assert_eq!(published.samples, published.voxels * steps_and_rays, "the published rays are full");
     assert!(all.voxels > 0 && 2 * all.voxels < published.voxels, "{all:?} of {published:?}");
     assert!(3 * all.samples < published.samples, "{all:?} of {published:?}");
     for name in ["demand", "early_end", "leaps"] {
-        let shortcuts = Shortcuts::default().without(name).expect("a shortcut of that name");
-        let without = work_of_a_carve(shortcuts);
+        let optimizations = Optimizations::default().without(name).expect("an optimization of that name");
+        let without = work_of_a_carve(optimizations);
         assert!(without.samples > all.samples, "without {name}: {without:?}, with all {all:?}");
     }
-    let everywhere = Shortcuts { demand: false, sampleable: false, ..default() };
-    let sampleable = Shortcuts { demand: false, ..default() };
+    let everywhere = Optimizations { demand: false, sampleable: false, ..default() };
+    let sampleable = Optimizations { demand: false, ..default() };
     assert!(work_of_a_carve(everywhere).voxels > work_of_a_carve(sampleable).voxels);
 }
 
 #[test]
 fn a_view_casts_what_it_sees_and_has_not_seen() {
-    let mut scene = scene(opaque_ramp(), DVec3::ONE, Shortcuts::default());
+    let mut scene = scene(opaque_ramp(), DVec3::ONE, Optimizations::default());
     if !needs::counters(&mut scene) {
         return;
     }
@@ -112,7 +113,7 @@ fn a_view_casts_what_it_sees_and_has_not_seen() {
 
 #[test]
 fn a_carve_leaves_nothing_uncast_that_is_seen() {
-    let mut scene = scene(opaque_ramp(), DVec3::ONE, Shortcuts::default());
+    let mut scene = scene(opaque_ramp(), DVec3::ONE, Optimizations::default());
     if !needs::counters(&mut scene) {
         return;
     }
