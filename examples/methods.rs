@@ -33,16 +33,16 @@ fn choose(
 ) {
     for (mut occlusion, mut shading) in &mut volumes {
         if keys.just_pressed(KeyCode::Digit0) {
-            shading.mode = ShadingMode::Solid;
+            shading.ambient_occlusion = false;
         }
         for (key, method) in KEYS.into_iter().zip(OcclusionMethod::all()) {
             if keys.just_pressed(key) {
-                shading.mode = ShadingMode::Cao;
+                shading.ambient_occlusion = true;
                 occlusion.method = method;
             }
         }
         for mut window in windows.iter_mut().filter(|_| occlusion.is_changed() || shading.is_changed()) {
-            let is_shown = shading.mode.uses_occlusion();
+            let is_shown = shading.ambient_occlusion;
             window.title = if is_shown { occlusion.method.name().into() } else { "no occlusion".into() };
         }
     }

@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     prelude::*,
 };
 use clap::Parser;
+use contextual_ao_kit::mode::ShadingMode;
 use contextual_ao_kit::{headless::Headless, scene::SceneOptions};
 use std::path::PathBuf;
 
@@ -32,12 +33,10 @@ fn main() -> Result<(), String> {
     });
     let scene = options.scene.spawn(&mut headless)?;
     let world = headless.app.world_mut();
-    if let Some(mut shading) = world.get_mut::<VolumeShading>(scene.volume) {
-        shading.mode = options.mode;
-    }
     if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(scene.volume) {
         occlusion.pattern = options.pattern;
     }
+    headless.set_mode(scene.volume, options.mode);
     headless.until_ready(scene.volume)?;
     let pixels = headless.image();
     let UVec2 { x: width, y: height } = options.scene.size;

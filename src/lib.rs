@@ -63,7 +63,7 @@ pub mod prelude {
         },
         occlusion::{
             AmbientOcclusion, OcclusionFailed, OcclusionMethod, OcclusionResolution, ProgressiveRays,
-            RayPattern, ShadingMode, Sky, VolumeShading,
+            RayPattern, Recompute, Sky, VolumeLighting, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

@@ -15,6 +15,7 @@ use bevy_egui::{
     input::egui_wants_any_keyboard_input,
 };
 use bevy_panorbit_camera::PanOrbitCamera;
+use contextual_ao_kit::mode::ShadingMode;
 
 use super::{
     content::Content,
@@ -101,13 +102,15 @@ fn show_all_values(_: On<VolumeLoaded>, mut editor: ResMut<TransferEditor>) {
     *editor = default();
 }
 
-fn choose_mode_by_key(keys: Res<ButtonInput<KeyCode>>, mut volumes: Query<&mut VolumeShading>) {
+fn choose_mode_by_key(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut volumes: Query<(&mut VolumeShading, &mut AmbientOcclusion)>,
+) {
     let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
     for (key, mode) in digits.into_iter().zip(ShadingMode::ALL) {
         if keys.just_pressed(key) {
-            for mut shading in &mut volumes {
-                let new = VolumeShading { mode, ..shading.clone() };
-                shading.set_if_neq(new);
+            for (mut shading, mut occlusion) in &mut volumes {
+                mode.apply(&mut shading, &mut occlusion);
             }
         }
     }
@@ -135,10 +138,10 @@ fn show(
             ui.set_height((height - 2.0 * PADDING).max(0.0));
             let scroll = egui::ScrollArea::vertical().auto_shrink(false).scroll_source(SCROLLED_BY);
             scroll.show(ui, |ui| {
-                for (volume, mut function, progress, occlusion, shading) in &mut volumes {
-                    file_panel::show(ui, &files, &shown, volume, *progress);
+                for (volume, mut function, ready, mut occlusion, shading) in &mut volumes {
+                    file_panel::show(ui, &files, &shown, volume, *ready);
                     ui.separator();
-                    show_shading(ui, shading);
+                    show_shading(ui, shading, &mut occlusion);
                     if let Some(volume) = readings.volumes.get(&volume.0) {
                         let geometry = VolumeGeometry::of(volume);
                         occlusion_panel::show(ui, occlusion, functions.get(&function.0), &geometry);
@@ -181,13 +184,16 @@ fn give_keys_back(context: &egui::Context) {
     }
 }
 
-fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>) {
-    let mut new = shading.clone();
+fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>, occlusion: &mut Mut<AmbientOcclusion>) {
+    let (mut new, mut new_occlusion) = (shading.clone(), (**occlusion).clone());
+    let mut mode = ShadingMode::of(&new, &new_occlusion);
     ui.horizontal_wrapped(|ui| {
-        for mode in ShadingMode::ALL {
-            ui.selectable_value(&mut new.mode, mode, mode.name());
+        for other in ShadingMode::ALL {
+            ui.selectable_value(&mut mode, other, other.name());
         }
     });
+    mode.apply(&mut new, &mut new_occlusion);
+    occlusion.set_if_neq(new_occlusion);
     ui.add(Slider::new(&mut new.step_voxels, STEP_VOXELS).text("drawing step, voxels"));
     ui.checkbox(&mut new.jitter, "jitter the drawing steps");
     shading.set_if_neq(new);

@@ -39,7 +39,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::device;
+use super::{device, mode::ShadingMode};
 use waiting::PATIENCE;
 
 use super::budget::explain;
@@ -262,8 +262,9 @@ impl Headless {
     /// The ray cast's work in a frame; none if no ray was cast.
     pub fn count_work(&mut self, volume: Entity) -> Work {
         let world = self.app.world_mut();
-        let mode = world.get::<VolumeShading>(volume).map(|shading| shading.mode).unwrap_or_default();
         world.insert_resource(CountWork(true));
+        let mode = self.mode(volume);
+        let world = self.app.world_mut();
         let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(SPAN_RAY_CAST);
         let before = status(world);
         self.frame();
@@ -278,10 +279,20 @@ impl Headless {
         latest_work(self.diagnostics()).unwrap_or_default()
     }
 
-    /// Changes what shades a volume.
+    /// How a volume is shaded.
+    pub fn mode(&self, volume: Entity) -> ShadingMode {
+        let world = self.app.world();
+        let settings = world.get::<VolumeShading>(volume).zip(world.get::<AmbientOcclusion>(volume));
+        settings.map_or_else(default, |(shading, occlusion)| ShadingMode::of(shading, occlusion))
+    }
+
+    /// Changes how a volume is shaded.
     pub fn set_mode(&mut self, volume: Entity, mode: ShadingMode) {
-        if let Some(mut shading) = self.app.world_mut().get_mut::<VolumeShading>(volume) {
-            shading.mode = mode;
+        let mut volume = self.app.world_mut().entity_mut(volume);
+        if let Ok((mut shading, mut occlusion)) =
+            volume.get_components_mut::<(&mut VolumeShading, &mut AmbientOcclusion)>()
+        {
+            mode.apply(&mut shading, &mut occlusion);
         }
     }
 

@@ -10,6 +10,7 @@ pub mod font;
 pub mod framing;
 pub mod headless;
 pub mod inside;
+pub mod mode;
 pub mod random;
 pub mod scene;
 pub mod shapes;

@@ -1,5 +1,6 @@
 //! Small scenes for tests and figures of stability, and what can be read of them.
 
+use crate::mode::ShadingMode;
 use bevy::{
     math::{DAffine3, DVec2, DVec3, Vec3Swizzles},
     prelude::*,
@@ -128,7 +129,7 @@ impl TestScene {
         let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
         let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
         bundle.occlusion = occlusion;
-        bundle.shading.mode = mode;
+        mode.apply(&mut bundle.shading, &mut bundle.occlusion);
         let volume = world.spawn(bundle).id();
         Self { headless, volume }
     }

@@ -2,6 +2,7 @@
 
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{Options, counting::CountingScene, figures::merged, stage::Stage};

@@ -3,6 +3,7 @@
 use crate::{Options, figures::merged, stage::Stage};
 use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::headless::different_pixels;
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 /// Measures every mode with every pattern.

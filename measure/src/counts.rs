@@ -8,6 +8,7 @@ use bevy_contextual_ao::{
     volume::Intensities,
 };
 use clap::ValueEnum;
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{Options, counting::CountingScene, figures::ratio, stage::Stage};

@@ -5,6 +5,7 @@ use bevy_contextual_ao::{
     prelude::*,
     render::{VolumeTexture, VoxelMask},
 };
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{Options, counting::CountingScene, figures::Errors, stage::Stage};

@@ -10,6 +10,7 @@ use bevy_contextual_ao::{
     prelude::*,
     render::VolumeTexture,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use contextual_ao_kit::small_scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};

@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::VolumeGeometry,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, RGBColor};
 
 use crate::Options;
@@ -74,9 +75,6 @@ fn picture(
     });
     let scene = options.spawn(&mut headless)?;
     let world = headless.app.world_mut();
-    if let Some(mut shading) = world.get_mut::<VolumeShading>(scene.volume) {
-        shading.mode = mode;
-    }
     let mut frames = 2;
     if let (Some(mut occlusion), Some(settings)) = (world.get_mut::<AmbientOcclusion>(scene.volume), settings)
     {
@@ -88,6 +86,7 @@ fn picture(
             frames = occlusion.pattern.rays() / 4;
         }
     }
+    headless.set_mode(scene.volume, mode);
     headless.until_ready(scene.volume)?;
     headless.frames(frames);
     Ok(headless.image())

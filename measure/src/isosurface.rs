@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     occlusion::{OcclusionSweeping, SweepingSurface},
     prelude::*,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{Options, counting::CountingScene, stage::Stage};

@@ -22,6 +22,7 @@ mod times;
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
 use clap::{Args, Parser};
+use contextual_ao_kit::mode::ShadingMode;
 use contextual_ao_kit::{
     scene::SceneOptions,
     stability::{self, Group},

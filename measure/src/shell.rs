@@ -9,6 +9,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, Rescale, VolumeError, VolumeGeometry},
 };
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{

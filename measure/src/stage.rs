@@ -7,6 +7,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::{Value, json};
 use std::{sync::Once, time::Instant};
 
@@ -196,8 +197,7 @@ impl Stage {
     }
 
     fn mode(&self) -> ShadingMode {
-        let shading = self.headless.app.world().get::<VolumeShading>(self.scene.volume);
-        shading.map(|shading| shading.mode).unwrap_or_default()
+        self.headless.mode(self.scene.volume)
     }
 
     fn passes(&self) -> PassLog {

@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     occlusion::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface},
     prelude::*,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{Options, stage::Stage};

@@ -3,6 +3,7 @@
 
 use bevy::math::{DVec3, UVec3};
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     Options,

@@ -3,6 +3,7 @@
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
 use crate::{

@@ -16,6 +16,7 @@ mod progressive;
 #[cfg(feature = "other_methods")]
 mod screen_space;
 mod settings;
+mod shading;
 mod shortfall;
 mod sky;
 #[cfg(feature = "other_methods")]
@@ -37,7 +38,8 @@ pub use optimizations::Optimizations;
 pub use progressive::ProgressiveRays;
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
-pub use settings::{AmbientOcclusion, OcclusionResolution, ShadingMode, VolumeShading};
+pub use settings::{AmbientOcclusion, OcclusionResolution, Recompute};
+pub use shading::{VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 #[cfg(feature = "other_methods")]

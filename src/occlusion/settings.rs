@@ -1,4 +1,4 @@
-//! The components that say how a volume is shaded.
+//! The component that says how ambient occlusion is computed.
 
 use bevy::{math::DVec3, prelude::*};
 
@@ -31,6 +31,8 @@ pub struct AmbientOcclusion {
     pub resolution: OcclusionResolution,
     /// Of methods that cast rays, and of sweeping: where the light comes from.
     pub sky: Sky,
+    /// What is computed anew in a frame. The image is the same.
+    pub recompute: Recompute,
 }
 
 impl Default for AmbientOcclusion {
@@ -42,8 +44,22 @@ impl Default for AmbientOcclusion {
             step_mm: None,
             resolution: OcclusionResolution::default(),
             sky: Sky::default(),
+            recompute: Recompute::default(),
         }
     }
+}
+
+/// What occlusion is computed anew in a frame.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
+pub enum Recompute {
+    /// What a change can have affected: contextual ambient occlusion (CAO), where rays are cast.
+    #[default]
+    Changed,
+    /// All of it, in every frame: local ambient occlusion (LAO), where rays are cast, the reference for CAO. It is one
+    /// dispatch: for large volumes and many rays a driver's watchdog may end it.
+    Everything,
 }
 
 /// For how many voxels occlusion is computed.
@@ -151,96 +167,5 @@ impl AmbientOcclusion {
         let lines = DVec3::new(1.095, 1.095, 1.0).length() * geometry.longest_stretch_mm();
         let blocks = 1.5 * f64::from(self.resolution.stride() - 1) * geometry.cell_diagonal_mm();
         lines.max(1.025 * geometry.cell_diagonal_mm()) + blocks
-    }
-}
-
-/// How a volume is drawn (required by [`Volume3d`](crate::volume::Volume3d)).
-#[derive(Component, Reflect, Clone, Debug, PartialEq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct VolumeShading {
-    /// What shades a sample.
-    pub mode: ShadingMode,
-    /// Distance between samples along a view ray, in units of the smallest voxel spacing. Smaller
-    /// steps cost proportionally more drawing time and show fewer slices.
-    pub step_voxels: f32,
-    /// Moves the start of every view ray by a fixed pattern, which turns slices into noise.
-    pub jitter: bool,
-}
-
-impl Default for VolumeShading {
-    fn default() -> Self {
-        Self { mode: ShadingMode::default(), step_voxels: 0.5, jitter: true }
-    }
-}
-
-impl VolumeShading {
-    /// The same without what there is no memory for.
-    pub(crate) fn without_occlusion(&self) -> Self {
-        let mode = if self.mode.uses_light() { ShadingMode::Phong } else { ShadingMode::Solid };
-        Self { mode, ..self.clone() }
-    }
-}
-
-/// What shades the samples of a volume.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Debug, Clone, PartialEq, Hash)]
-#[non_exhaustive]
-pub enum ShadingMode {
-    /// The transfer function's colour alone.
-    Solid,
-    /// Blinn-Phong with a light at the camera; normals from the clipped opacity, or from the distance field of an
-    /// isosurface that is drawn alone.
-    Phong,
-    /// Contextual ambient occlusion: only what a carver can have changed, and a view reads, is
-    /// recomputed. Or the occlusion of another [`OcclusionMethod`].
-    #[default]
-    Cao,
-    /// Blinn-Phong, and its ambient and diffuse parts darkened by the same.
-    PhongCao,
-    /// Local ambient occlusion of every voxel, recomputed every frame: the reference for
-    /// [`ShadingMode::Cao`], which gives the same image. It is one dispatch: for large volumes and
-    /// many rays a driver's watchdog may end it.
-    Lao,
-}
-
-impl ShadingMode {
-    /// All modes, in the order of a menu.
-    pub const ALL: [Self; 5] = [Self::Solid, Self::Phong, Self::Cao, Self::PhongCao, Self::Lao];
-
-    /// Whether samples are darkened by ambient occlusion.
-    pub fn uses_occlusion(self) -> bool {
-        matches!(self, Self::Cao | Self::PhongCao | Self::Lao)
-    }
-
-    /// Whether samples are lit by Blinn-Phong.
-    pub fn uses_light(self) -> bool {
-        matches!(self, Self::Phong | Self::PhongCao)
-    }
-
-    /// Whether every voxel is recomputed every frame.
-    pub fn recomputes_all(self) -> bool {
-        self == Self::Lao
-    }
-
-    /// The name used on command lines and in tables: `solid`, `phong`, `cao`, `phong_cao`, `lao`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Solid => "solid",
-            Self::Phong => "phong",
-            Self::Cao => "cao",
-            Self::PhongCao => "phong_cao",
-            Self::Lao => "lao",
-        }
-    }
-}
-
-impl core::str::FromStr for ShadingMode {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|mode| mode.name() == name).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            format!("unknown shading mode `{name}`: expected one of {names}")
-        })
     }
 }

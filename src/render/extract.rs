@@ -13,7 +13,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, FittedOcclusion, MethodKind, Optimizations, ShownOcclusion, VolumeShading,
+        AmbientOcclusion, FittedOcclusion, MethodKind, Optimizations, Recompute, ShownOcclusion,
+        VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -40,6 +41,8 @@ pub(crate) struct ExtractedVolume {
     pub table: LookupTable,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
+    /// Whether all occlusion is computed anew in every frame. `occlusion` does not tell.
+    pub recomputes_all: bool,
     /// Whether the occlusion that is asked for can be had.
     pub has_occlusion: bool,
     /// Whether other occlusion is wanted, whose pipelines are being compiled.
@@ -74,7 +77,7 @@ impl Influence {
 impl ExtractedVolume {
     /// Whether its occlusion method draws it, in place of the material.
     pub fn is_drawn_by_method(&self) -> bool {
-        self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.mode.uses_occlusion()
+        self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.ambient_occlusion
     }
 
     /// The influence on this volume, however it is scaled.
@@ -151,15 +154,17 @@ pub(crate) fn extract_scene(
     extracted.clear();
     extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
         let occlusion = &shown.0;
+        let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
         ExtractedVolume {
             entity: entity.into(),
             drawn_on: drawn_on.map(|child| child.0.into()),
             geometry: table.geometry,
             table: table.clone(),
-            occlusion: occlusion.occlusion.clone(),
+            occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
             has_occlusion: occlusion.has_occlusion(),
             awaits_pipelines: wanted != occlusion,
-            shading: if occlusion.has_occlusion() { shading.clone() } else { shading.without_occlusion() },
+            shading: VolumeShading { ambient_occlusion: uses_occlusion, ..shading.clone() },
+            recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
             world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
             carvers: carvers_of(entity, carvers, &poses),
             is_placed: is_invertible(transform),

@@ -8,6 +8,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp};
 

@@ -9,6 +9,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, Rescale},
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     exact::assert_exact,

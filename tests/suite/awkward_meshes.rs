@@ -11,6 +11,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{diagnostics::SPAN_DEPTH, prelude::*, volume::WORLD_UNITS_PER_MM};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     exact::assert_exact,

@@ -3,6 +3,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::Work, prelude::*};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     exact::assert_exact,

@@ -7,6 +7,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, Rescale},
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
 use contextual_ao_kit::headless::{Headless, different_pixels};

@@ -3,6 +3,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     headless::voxel_at,

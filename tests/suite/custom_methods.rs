@@ -2,6 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, render::VoxelMethodPlugin};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     headless::different_pixels,

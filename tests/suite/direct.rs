@@ -10,6 +10,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::different_pixels as different;
 use crate::scene::{

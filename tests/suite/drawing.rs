@@ -5,6 +5,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{WORLD_UNITS_PER_MM, read_volume_file},
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     headless::Headless,
@@ -167,7 +168,7 @@ fn one_head_in_four_axis_orders_looks_the_same() {
             let world = headless.app.world_mut();
             let data = world.resource_mut::<Assets<Volume>>().add(volume);
             let mut bundle = VolumeBundle::new(data);
-            bundle.shading = VolumeShading { mode: ShadingMode::Solid, jitter: false, ..default() };
+            bundle.shading = VolumeShading { ambient_occlusion: false, jitter: false, ..default() };
             let volume = world.spawn(bundle).id();
             let view = Vec3::new(150.0, 120.0, 500.0) * WORLD_UNITS_PER_MM;
             world.spawn((camera, Transform::from_translation(view).looking_at(Vec3::ZERO, Vec3::Y)));

@@ -3,6 +3,7 @@
 
 use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::{different_pixels, voxel_at};
 use crate::scene::{

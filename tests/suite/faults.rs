@@ -16,6 +16,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
 };
+use contextual_ao_kit::mode::ShadingMode;
 use std::time::Duration;
 
 use crate::{

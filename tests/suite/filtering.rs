@@ -7,6 +7,7 @@ use bevy_contextual_ao::{
     prelude::*,
     render::VolumeTexture,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     headless::{different_pixels, voxel_at},

@@ -11,6 +11,7 @@ use bevy_contextual_ao::{
     render::VolumeTexture,
     volume::{Intensities, Rescale, VolumeGeometry, WORLD_UNITS_PER_MM},
 };
+use contextual_ao_kit::mode::ShadingMode;
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use crate::{
@@ -131,7 +132,7 @@ fn check(
         app.insert_resource(ClearColor(Color::BLACK));
     });
     let entity = scene.volume;
-    let shading = VolumeShading { mode: ShadingMode::Cao, step_voxels: 0.25, jitter: false };
+    let shading = VolumeShading { step_voxels: 0.25, jitter: false, ..default() };
     scene.world().entity_mut(entity).insert(shading);
     let camera = scene.camera();
     for (number, case) in cases(surface).into_iter().enumerate() {

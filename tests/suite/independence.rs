@@ -3,6 +3,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, count_different, few_rays, folded_volume, opaque_ramp, translucent_ramp};
 

@@ -10,6 +10,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::integral::srgb_byte;
 use crate::scene::{

@@ -14,6 +14,7 @@ use bevy::{
     shader::{Shader, ShaderCache, ShaderCacheError, ShaderCacheSource, ShaderDefVal, ValidateShader},
 };
 use bevy_contextual_ao::{occlusion::ScreenSpaceOcclusion, prelude::*};
+use contextual_ao_kit::mode::ShadingMode;
 use naga::{
     Module,
     back::{hlsl, msl},

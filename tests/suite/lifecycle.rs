@@ -8,6 +8,7 @@ use bevy_contextual_ao::{
     },
     prelude::*,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{
     TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp,

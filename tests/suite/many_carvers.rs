@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     diagnostics::{SPAN_DEPTH, SPAN_DILATE},
     prelude::*,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
 use contextual_ao_kit::headless::different_pixels;

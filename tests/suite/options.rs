@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
 use clap::Parser;
+use contextual_ao_kit::mode::ShadingMode;
 use std::path::PathBuf;
 
 use crate::{

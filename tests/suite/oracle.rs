@@ -5,6 +5,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::VolumeGeometry};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::voxel_at;
 use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};

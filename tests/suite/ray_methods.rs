@@ -2,6 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{occlusion::ProgressiveRays, prelude::*};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::different_pixels;
 use crate::needs;

@@ -7,6 +7,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, count_different, few_rays, folded_volume, in_world_units, opaque_ramp};
 

@@ -11,6 +11,7 @@ use bevy::{
 use bevy_contextual_ao::{
     diagnostics::TimePassesByClock, occlusion::ScreenSpaceOcclusion, prelude::*, volume::VolumeGeometry,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{IMAGE, TestScene, in_world_units, solid_volume, volume_from};
 use reference::{Block, EYE, Lens, Reference, looking_from};

@@ -7,6 +7,7 @@ use bevy_contextual_ao::{
     occlusion::{GeometryTerm, OpacityModulation, SweepingSurface},
     prelude::*,
 };
+use contextual_ao_kit::mode::ShadingMode;
 use std::time::{Duration, Instant};
 
 use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};

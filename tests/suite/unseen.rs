@@ -2,6 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
 use contextual_ao_kit::headless::different_pixels;

@@ -9,6 +9,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
 use contextual_ao_kit::headless::different_pixels;

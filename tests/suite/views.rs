@@ -7,6 +7,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::WORLD_UNITS_PER_MM};
+use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     field::Field,
@@ -50,8 +51,8 @@ fn scene_of(volume: Volume, function: TransferFunction, mode: ShadingMode) -> Te
         app.insert_resource(ClearColor(Color::linear_rgb(r, g, b)));
     });
     let volume = scene.volume;
-    let shading = VolumeShading { mode, step_voxels: 0.125, jitter: false };
-    scene.world().entity_mut(volume).insert(shading);
+    let mut shading = scene.world().get_mut::<VolumeShading>(volume).expect("shading");
+    (shading.step_voxels, shading.jitter) = (0.125, false);
     scene
 }
 

@@ -11,6 +11,7 @@ use bevy::{
 };
 use bevy_contextual_ao::prelude::*;
 use bevy_panorbit_camera::PanOrbitCamera;
+use contextual_ao_kit::mode::ShadingMode;
 use std::{
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -87,7 +88,7 @@ fn a_view_follows_the_size_of_its_volume() {
         function.opacity_unit_distance_mm = spacing_mm as f32;
         let function = world.resource_mut::<Assets<TransferFunction>>().add(function);
         let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
-        bundle.shading.mode = ShadingMode::Phong;
+        ShadingMode::Phong.apply(&mut bundle.shading, &mut bundle.occlusion);
         let volume = world.spawn(bundle).id();
         headless.until_ready(volume).expect("the volume can be shown");
         let orbit = *headless.app.world().get::<PanOrbitCamera>(camera).expect("the camera");

@@ -1,5 +1,6 @@
 //! Concave meshes: which points the clip test takes to be inside, against an exact test.
 
+use crate::mode::ShadingMode;
 use bevy::{math::Affine3A, prelude::*};
 use bevy_contextual_ao::{clip::ClipFrame, prelude::*, volume::VolumeGeometry};
 

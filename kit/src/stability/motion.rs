@@ -1,6 +1,7 @@
 //! Small motions: how much coverage, occlusion and image change from one frame to the next, by the
 //! published coverage rule and by the default; and how close both are to the exact share.
 
+use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};

@@ -1,6 +1,7 @@
 //! A long life: everything that can be spawned, moved, edited and despawned is, at random, for
 //! many frames. Nothing may be left behind, and the image must be that of a fresh start.
 
+use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::GpuUsage, material::VolumeMaterial, prelude::*};
 
@@ -106,7 +107,7 @@ impl Soak {
             }
             5 => remove_one(&mut self.scene, &mut self.random, &mut self.cameras),
             6 => self.edit_function(k),
-            7 => self.set_on_volume(VolumeShading { mode: ShadingMode::ALL[k % 5], ..default() }),
+            7 => self.scene.set_mode(ShadingMode::ALL[k % 5]),
             8 => self.set_on_volume(AmbientOcclusion { steps: 1 + k as u32 % 6, ..few_rays() }),
             9 => self.change_mesh(k),
             _ => {

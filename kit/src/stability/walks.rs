@@ -1,7 +1,7 @@
 //! What the result must not depend on: the path that carvers took, the camera, and rest.
 
+use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
-use bevy_contextual_ao::prelude::*;
 
 use super::{
     super::{

@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     prelude::*,
     render::{VolumeTexture, VoxelMask},
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 use super::{
     definitions::Definitions,

@@ -10,6 +10,7 @@ use bevy_contextual_ao::{
     prelude::*,
     volume::VolumeGeometry,
 };
+use contextual_ao_kit::mode::ShadingMode;
 
 /// A setting of a method.
 #[derive(Clone)]

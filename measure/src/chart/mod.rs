@@ -12,6 +12,7 @@ mod scenes;
 mod timing;
 
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
 use std::{fs, path::Path, time::Instant};
 
 use crate::{Options, stage::Stage};

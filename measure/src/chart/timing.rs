@@ -2,6 +2,7 @@
 
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{diagnostics::TimePassesByClock, prelude::*};
+use contextual_ao_kit::mode::ShadingMode;
 use std::time::Instant;
 
 use super::methods::{DENSE, SOLID, Setting};

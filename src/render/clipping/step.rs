@@ -55,7 +55,7 @@ impl VolumeResources {
         optimizations: &Optimizations,
     ) -> ClipStep {
         let state = &mut self.state;
-        let recomputes_all = volume.shading.mode.recomputes_all();
+        let recomputes_all = volume.recomputes_all;
         let Demand { queue, restarts } = demand;
         let queues_more = queue != Queue::None && queue != state.queue;
         let changes = if recomputes_all || queues_more {

@@ -105,7 +105,7 @@ impl VolumeFrame<'_> {
 
     /// Whether its samples are darkened by occlusion: what is not drawn need not be computed.
     pub fn uses_occlusion(&self) -> bool {
-        self.volume.shading.mode.uses_occlusion()
+        self.volume.shading.ambient_occlusion
     }
 
     /// Whether anything changed on which opacities or settings depend: what was computed before does not hold.

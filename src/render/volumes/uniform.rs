@@ -2,7 +2,11 @@
 
 use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
-use crate::{occlusion::Optimizations, render::extract::ExtractedVolume, volume::LookupTable};
+use crate::{
+    occlusion::{Optimizations, VolumeLighting},
+    render::extract::ExtractedVolume,
+    volume::LookupTable,
+};
 
 /// One volume, as `VolumeUniform` in WGSL.
 #[derive(Clone, Debug, Default, PartialEq, ShaderType)]
@@ -56,7 +60,6 @@ impl VolumeUniform {
         let table_density = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
-        let mode = volume.shading.mode;
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
         let stride = volume.occlusion.resolution.stride();
         // A surface has all its light where it is turned to octants of full weight.
@@ -71,8 +74,8 @@ impl VolumeUniform {
             local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
             local_from_world: Mat4::from(volume.world_from_local.inverse()),
             dimensions: geometry.dimensions,
-            occlusion_share: f32::from(mode.uses_occlusion() && has_occlusion && is_of_voxels),
-            light_share: f32::from(mode.uses_light()),
+            occlusion_share: f32::from(volume.shading.ambient_occlusion && has_occlusion && is_of_voxels),
+            light_share: f32::from(volume.shading.lighting == VolumeLighting::Headlight),
             jitter_share: f32::from(volume.shading.jitter),
             largest_stored: largest_stored as f32,
             table_first: lo as f32,

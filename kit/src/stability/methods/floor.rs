@@ -1,5 +1,6 @@
 //! A floor with something on it, white and opaque: in an image of it a pixel's value is the occlusion factor.
 
+use crate::mode::ShadingMode;
 use bevy::{
     camera::{CameraProjection, ScalingMode},
     math::{DAffine3, DQuat, DVec2, DVec3, Vec3Swizzles},

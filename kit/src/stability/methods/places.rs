@@ -1,6 +1,7 @@
 //! What a method makes of simple shapes: differences between views and grids, uneven shadows, bright edges,
 //! thin walls, densities of several modes.
 
+use crate::mode::ShadingMode;
 use bevy::{
     math::{DVec3, UVec3},
     prelude::default,

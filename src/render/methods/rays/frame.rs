@@ -37,19 +37,17 @@ pub(in crate::render) struct RaysJob {
 
 /// The settings of rays that are cast in several frames, where they are.
 fn progressive(volume: &ExtractedVolume) -> Option<ProgressiveRays> {
-    let mode = volume.shading.mode;
     let settings = volume.occlusion.method.get().copied();
-    settings.filter(|_| mode.uses_occlusion() && !mode.recomputes_all())
+    settings.filter(|_| volume.shading.ambient_occlusion && !volume.recomputes_all)
 }
 
 /// What clipping has to list: nothing where views are followed.
 pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) -> Demand {
-    let mode = volume.shading.mode;
     // All rays begin anew.
     let restarts = progressive(volume).is_some();
-    let queue = if !mode.uses_occlusion() {
+    let queue = if !volume.shading.ambient_occlusion {
         Queue::None
-    } else if mode.recomputes_all() {
+    } else if volume.recomputes_all {
         Queue::All
     } else if optimizations.demand && !restarts {
         Queue::None

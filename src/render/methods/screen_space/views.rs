@@ -93,7 +93,7 @@ pub(crate) fn prepare_views(
         };
         let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3());
         let [radius, bias] = settings.lengths_mm(&volume.geometry).map(|mm| (mm * stretch) as f32);
-        if !volume.shading.mode.uses_occlusion() || radius <= 0.0 || settings.samples == 0 {
+        if !volume.shading.ambient_occlusion || radius <= 0.0 || settings.samples == 0 {
             // It changes nothing.
             continue;
         }
