@@ -4,6 +4,8 @@
 pub(crate) mod asset;
 #[path = "../../src/volume/error.rs"]
 pub(crate) mod error;
+#[path = "../../src/volume/halve.rs"]
+mod halve;
 #[path = "../../src/volume/otsu.rs"]
 mod otsu;
 #[path = "../../src/volume/readers/mod.rs"]

@@ -288,9 +288,9 @@ impl Headless {
 
     /// Changes how a volume is shaded.
     pub fn set_mode(&mut self, volume: Entity, mode: ShadingMode) {
-        let mut volume = self.app.world_mut().entity_mut(volume);
-        if let Ok((mut shading, mut occlusion)) =
-            volume.get_components_mut::<(&mut VolumeShading, &mut AmbientOcclusion)>()
+        if let Ok(mut volume) = self.app.world_mut().get_entity_mut(volume)
+            && let Ok((mut shading, mut occlusion)) =
+                volume.get_components_mut::<(&mut VolumeShading, &mut AmbientOcclusion)>()
         {
             mode.apply(&mut shading, &mut occlusion);
         }

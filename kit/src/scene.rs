@@ -168,7 +168,7 @@ impl SceneOptions {
         let assets = project_folder().join("assets");
         let phantom = assets.join("head_phantom.nrrd");
         let path = self.volume.as_ref().unwrap_or(&phantom);
-        let settings = VolumeReadSettings { component: self.component };
+        let settings = VolumeReadSettings { component: self.component, ..default() };
         let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
         // The reader's warning goes to the log, which is off here.
         if volume.background_voxels() > 0 {

@@ -134,13 +134,14 @@ fn set_layers(entity: &mut EntityCommands, layers: Option<&RenderLayers>) {
     };
 }
 
-/// Takes the child from entities that have no volume any more.
+/// The child goes with the volume's table.
 pub(super) fn detach_visuals(
+    removed: On<Remove, LookupTable>,
+    boxes: Query<&VolumeBox>,
     mut commands: Commands,
-    orphans: Query<(Entity, &VolumeBox), Without<LookupTable>>,
 ) {
-    for (entity, child) in &orphans {
+    if let Ok(child) = boxes.get(removed.entity) {
         commands.entity(child.0).try_despawn();
-        commands.entity(entity).try_remove::<(VolumeBox, ShownOcclusion)>();
+        commands.entity(removed.entity).try_remove::<VolumeBox>();
     }
 }

@@ -39,7 +39,7 @@ fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredB
 /// What there is for one method.
 struct Room {
     max_buffer: u64,
-    most_texels_z: u32,
+    max_texels_z: u32,
     max_bytes: u64,
 }
 
@@ -47,7 +47,6 @@ struct Room {
 pub(crate) fn fit_occlusion(
     mut commands: Commands,
     mut volumes: Query<(Entity, &LookupTable, &AmbientOcclusion, Option<&mut FittedOcclusion>)>,
-    orphans: Query<Entity, (With<FittedOcclusion>, Without<LookupTable>)>,
     budget: Res<VolumeBudget>,
     stored: Res<StoredBytes>,
     device: Res<RenderDevice>,
@@ -60,7 +59,7 @@ pub(crate) fn fit_occlusion(
         let others = by_methods - own + taken.by_volumes + taken.by_carvers;
         let room = Room {
             max_buffer: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-            most_texels_z: limits.max_texture_dimension_3d,
+            max_texels_z: limits.max_texture_dimension_3d,
             max_bytes: budget.max_bytes.saturating_sub(others),
         };
         let new = room.fit(wanted.clamped(), table.geometry.dimensions, *stored);
@@ -78,10 +77,12 @@ pub(crate) fn fit_occlusion(
             }
         }
     }
-    for entity in &orphans {
-        commands.entity(entity).try_remove::<FittedOcclusion>();
-    }
     taken.set_if_neq(BytesTaken { by_methods, ..*taken });
+}
+
+/// What is computed and shown goes with the volume's table.
+pub(crate) fn forget_occlusion(removed: On<Remove, LookupTable>, mut commands: Commands) {
+    commands.entity(removed.entity).try_remove::<(FittedOcclusion, ShownOcclusion)>();
 }
 
 impl Room {
@@ -112,8 +113,8 @@ impl Room {
         let texels = occlusion.texels().size(dimensions);
         if needed.largest_buffer > self.max_buffer {
             Some((needed.largest_buffer, OcclusionLimit::Buffer, self.max_buffer))
-        } else if texels.z > self.most_texels_z {
-            let (needed, max) = (u64::from(texels.z), u64::from(self.most_texels_z));
+        } else if texels.z > self.max_texels_z {
+            let (needed, max) = (u64::from(texels.z), u64::from(self.max_texels_z));
             Some((needed, OcclusionLimit::Texture, max))
         } else if needed.total > self.max_bytes {
             Some((needed.total, OcclusionLimit::Budget, self.max_bytes))

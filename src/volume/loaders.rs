@@ -28,7 +28,7 @@ impl AssetLoader for VolumeLoader {
     ) -> Result<Volume, VolumeFileError> {
         let volume = read(reader, settings, load_context).await?;
         warn_of_background(load_context.path().path(), &volume);
-        Ok(volume)
+        Ok(settings.halve(volume))
     }
 
     fn extensions(&self) -> &[&str] {

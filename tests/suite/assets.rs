@@ -102,7 +102,11 @@ fn the_loaders_settings_choose_a_component() {
     std::fs::write(folder.join("chosen.nrrd"), &file).expect("write");
 
     let mut app = app();
-    let entity = load_with(&mut app, &folder.join("chosen.nrrd"), VolumeReadSettings { component: Some(1) });
+    let entity = load_with(
+        &mut app,
+        &folder.join("chosen.nrrd"),
+        VolumeReadSettings { component: Some(1), ..default() },
+    );
     let world = app.app.world();
     let handle = world.get::<Volume3d>(entity).expect("the volume");
     let volume = world.resource::<Assets<Volume>>().get(&handle.0).expect("loaded");

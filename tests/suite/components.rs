@@ -12,7 +12,7 @@ use super::small_files::{Scratch, gzip, mha, nifti, nrrd, with, zlib};
 
 /// Reads a component.
 fn component(path: &Path, component: u32) -> Result<Volume, VolumeFileError> {
-    read_volume_file_with(path, &VolumeReadSettings { component: Some(component) })
+    read_volume_file_with(path, &VolumeReadSettings { component: Some(component), ..Default::default() })
 }
 
 /// Three volumes of 2x3x4 voxels, which count on from each other; one after the other, or with the axis of the

@@ -1,7 +1,7 @@
 //! Lengths in any unit of any format, which all become millimetres.
 
 use bevy::math::DVec3;
-use bevy_contextual_ao::volume::read_volume_file;
+use bevy_contextual_ao::volume::{VolumeReadSettings, read_volume_file, read_volume_file_with};
 
 use super::small_files::{Scratch, counting, mha, nifti, nrrd, with};
 
@@ -150,5 +150,24 @@ fn unknown_units_are_named() {
         for part in parts.into_iter().chain([name, "not a known unit of length"]) {
             assert!(error.contains(part), "{name}: {error}");
         }
+    }
+}
+
+#[test]
+fn lengths_are_scaled_and_volumes_halved_as_set() {
+    let scratch = Scratch::new("length_scale");
+    let fields = "space: RAS\nspace directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (10,20,30)\n\
+                  space units: \"m\" \"m\" \"m\"\n";
+    let path = scratch.write("a.nrrd", &nrrd(fields, &counting()));
+    let read = |settings: VolumeReadSettings| read_volume_file_with(&path, &settings);
+    let millimetres = VolumeReadSettings { length_scale: 1e-3, ..Default::default() };
+    let volume = read(millimetres.clone()).expect("a volume");
+    let found = volume.grid_to_patient().transform_point3(DVec3::ONE);
+    assert!(found.abs_diff_eq(DVec3::new(11.0, 22.0, 33.0), 1e-9), "{found}");
+    let half = read(VolumeReadSettings { halvings: 1, ..millimetres }).expect("a volume");
+    assert_eq!(half.dimensions(), volume.halved().dimensions());
+    assert!(half.intensities() == volume.halved().intensities(), "the voxels differ");
+    for length_scale in [f64::NAN, 0.0, f64::INFINITY] {
+        assert!(read(VolumeReadSettings { length_scale, ..Default::default() }).is_err(), "{length_scale}");
     }
 }

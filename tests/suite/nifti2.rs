@@ -116,7 +116,9 @@ fn nifti_2_holds_components_and_vectors() {
     let mut file = Nifti2::new(true, &[2, 3, 4, 1, 2], 2);
     let path = scratch.write("a.nii", &file.with_data(&data));
     assert_eq!(outcome(&path), "component");
-    let second = read_volume_file_with(&path, &VolumeReadSettings { component: Some(1) }).unwrap();
+    let second =
+        read_volume_file_with(&path, &VolumeReadSettings { component: Some(1), ..Default::default() })
+            .unwrap();
     assert!(*second.intensities() == Intensities::U8((24..48).collect()));
     file.put(504, 1007i32.to_le_bytes());
     assert_eq!(outcome(&scratch.write("a.nii", &file.with_data(&data))), "not scalar");

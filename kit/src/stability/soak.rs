@@ -107,7 +107,7 @@ impl Soak {
             }
             5 => remove_one(&mut self.scene, &mut self.random, &mut self.cameras),
             6 => self.edit_function(k),
-            7 => self.scene.set_mode(ShadingMode::ALL[k % 5]),
+            7 => self.set_mode(ShadingMode::ALL[k % 5]),
             8 => self.set_on_volume(AmbientOcclusion { steps: 1 + k as u32 % 6, ..few_rays() }),
             9 => self.change_mesh(k),
             _ => {
@@ -134,6 +134,12 @@ impl Soak {
         let world = self.scene.world();
         let handle = world.get::<VolumeTransferFunction>(volume).expect("a volume").0.clone();
         let _ = world.resource_mut::<Assets<TransferFunction>>().insert(&handle, function(k / 3));
+    }
+
+    fn set_mode(&mut self, mode: ShadingMode) {
+        if let Some(&volume) = self.volumes.first() {
+            self.scene.headless.set_mode(volume, mode);
+        }
     }
 
     fn set_on_volume(&mut self, component: impl Component) {

@@ -86,7 +86,7 @@ impl Format {
         bytes: &[u8],
         settings: &VolumeReadSettings,
     ) -> Result<GridHeader, VolumeError> {
-        match self {
+        let header = match self {
             #[cfg(feature = "nifti")]
             Self::Nifti => nifti::parse(bytes, settings),
             #[cfg(feature = "nrrd")]
@@ -95,7 +95,8 @@ impl Format {
             Self::MetaImage => meta_image::parse(bytes, settings),
             #[cfg(not(all(feature = "nifti", feature = "nrrd", feature = "meta_image")))]
             _ => Err(VolumeError::LeftOut { feature: self.feature() }),
-        }
+        };
+        settings.scale(header?)
     }
 }
 
@@ -157,7 +158,7 @@ pub fn read_volume_file_with(path: &Path, settings: &VolumeReadSettings) -> Resu
         decode::decode(&header, &bytes).map_err(of_header)?
     };
     warn_of_background(path, &volume);
-    Ok(volume)
+    Ok(settings.halve(volume))
 }
 
 /// Says in the log how many voxels of a file are no numbers, if any.

@@ -1,8 +1,10 @@
 //! What a caller may choose about reading a file.
 
+use bevy::math::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::volume::error::VolumeError;
+use super::header::GridHeader;
+use crate::volume::{asset::Volume, error::VolumeError};
 
 /// How a volume's file is read; also the asset loader's settings:
 ///
@@ -18,16 +20,39 @@ use crate::volume::error::VolumeError;
 /// ```
 ///
 /// Bevy loads a path once: as long as one component of a file is loaded, its path means that one.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct VolumeReadSettings {
     /// Which volume to read, counted from zero in the file's order, of a file that holds several on one grid: a
     /// time series, phases, a list. `None` where there is only one; a file with more is then refused, and the
     /// error says how many there are.
     pub component: Option<u32>,
+    /// All lengths are multiplied by this: 0.001 where a file says metres and means millimetres. A number that is no
+    /// scale is an error.
+    pub length_scale: f64,
+    /// How often the resolution is halved along each axis, once the file is read: each time an eighth of the voxels.
+    /// At most 8.
+    pub halvings: u32,
+}
+
+impl Default for VolumeReadSettings {
+    fn default() -> Self {
+        Self { component: None, length_scale: 1.0, halvings: 0 }
+    }
 }
 
 impl VolumeReadSettings {
+    /// The same header, in its lengths.
+    pub(super) fn scale(&self, header: GridHeader) -> Result<GridHeader, VolumeError> {
+        let scale = DAffine3::from_scale(DVec3::splat(self.length_scale));
+        GridHeader { grid_to_patient: scale * header.grid_to_patient, ..header }.checked()
+    }
+
+    /// The volume at the resolution that is asked for.
+    pub(crate) fn halve(&self, volume: Volume) -> Volume {
+        (0..self.halvings.min(8)).fold(volume, |volume, _| volume.halved())
+    }
+
     /// The component to read of `count`, which differ in what `along` says.
     pub(super) fn choose(&self, count: u64, along: &str) -> Result<u64, VolumeError> {
         match self.component.map(u64::from) {
