@@ -1,7 +1,6 @@
 //! What each optimization is worth: carve frames with all of them, then without one at a time.
 
 use bevy_contextual_ao::occlusion::Optimizations;
-use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 

@@ -2,7 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
-use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
+use bevy_contextual_ao::volume::VolumeGeometry;
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-/// Triggered on a volume whose [`AmbientOcclusion`] cannot be computed as it is set, and again when what is set
+/// Triggered on a volume whose [`AmbientOcclusion`](super::AmbientOcclusion) cannot be computed as it is set, and again when what is set
 /// or what is missing changes.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionFailed {

@@ -93,7 +93,7 @@ fn a_carver_thinner_than_a_voxel_is_exact() {
         scene.settle();
         assert!(scene.hidden() == hidden, "{name}");
         // Of voxels that are all opaque it takes as much as it is large.
-        let mut solid = SolidScene::new();
+        let mut solid = SolidScene::default();
         solid.carve(&Triangles::cuboid(size), tilted, |_| {});
         let taken: f32 =
             solid.scene.opacities().iter().map(|opacity| 1.0 - f32::from(*opacity) / 255.0).sum();

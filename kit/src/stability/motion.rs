@@ -53,12 +53,14 @@ pub struct SolidScene {
     carver: Option<Entity>,
 }
 
-impl SolidScene {
-    pub fn new() -> Self {
+impl Default for SolidScene {
+    fn default() -> Self {
         let scene = TestScene::new(solid_volume(SIZE), opaque_ramp(), few_rays(), ShadingMode::Cao);
         Self { scene, carver: None }
     }
+}
 
+impl SolidScene {
     /// Carves with a mesh, in place of the one before.
     pub fn carve(
         &mut self,
@@ -145,7 +147,7 @@ fn compare(
 
 /// Carvers move by 1/32 voxel per frame, in an oblique direction and along a grid axis.
 pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
-    let mut solid = SolidScene::new();
+    let mut solid = SolidScene::default();
     for case in &cases() {
         for (direction, name) in [(Vec3::new(0.48, 0.6, 0.64), "oblique"), (Vec3::X, "along x")] {
             let pose = |frame| {
@@ -161,7 +163,7 @@ pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
 
 /// A tracked hand's noise: up to 0.1 mm and 0.1 degree.
 pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
-    let mut solid = SolidScene::new();
+    let mut solid = SolidScene::default();
     for case in &cases()[..4] {
         let pose = |frame| {
             let mut random = Random(u64::from(frame) * 0x9e37_79b9 + 1);
@@ -180,7 +182,7 @@ pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
 /// How far coverage is from the exact share of the box of [-1, 1]^3 voxels that is outside the
 /// mesh, over voxels that the surface passes through.
 pub fn coverage_errors(voxels: usize, report: &mut impl FnMut(Figure)) {
-    let mut solid = SolidScene::new();
+    let mut solid = SolidScene::default();
     for case in &cases() {
         let exact = InsideTest::new(&case.mesh);
         let [published, default] = RULES.map(|rule| {

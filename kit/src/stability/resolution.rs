@@ -21,7 +21,7 @@ pub fn table(sizes: &[u32], voxels: usize, report: &mut impl FnMut(Figure)) {
         ("turned box", Triangles::cuboid(Vec3::new(14.0, 11.0, 12.0)).rotated(Quat::from_rotation_x(0.5))),
         ("trefoil tube", Triangles::trefoil_tube(3.0, 1.2, 240, 24)),
     ];
-    let (mut solid, mut judge) = (SolidScene::new(), Judge::new(40));
+    let (mut solid, mut judge) = (SolidScene::default(), Judge::new(40));
     for (name, mesh) in shapes {
         let exact = InsideTest::new(&mesh);
         for &size in sizes {

@@ -11,7 +11,6 @@ mod plot;
 mod scenes;
 mod timing;
 
-use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 use std::{fs, path::Path, time::Instant};
 

@@ -1,7 +1,7 @@
 //! How long each setting takes: all in turn, round by round, because a machine's speed varies.
 
+use bevy_contextual_ao::diagnostics::TimePassesByClock;
 use bevy_contextual_ao::occlusion::Optimizations;
-use bevy_contextual_ao::{diagnostics::TimePassesByClock, prelude::*};
 use contextual_ao_kit::mode::ShadingMode;
 use std::time::Instant;
 

@@ -24,7 +24,7 @@ use crate::{
 
 /// A method that computes the occlusion of voxels: its passes, and what they need.
 ///
-/// [`VoxelMethodPlugin`](super::VoxelMethodPlugin) adds it to an app; `docs/adding_a_method.md` shows one.
+/// [`VoxelMethodPlugin`](crate::render::VoxelMethodPlugin) adds it to an app; `docs/adding_a_method.md` shows one.
 pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
     /// What it keeps on the GPU for a volume.
     type Kept: MethodResources;
