@@ -46,7 +46,7 @@ fn measure(
     options: &Options,
 ) -> Result<Vec<u8>, String> {
     stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
-    stage.set_shortcuts(optimizations);
+    stage.set_optimizations(optimizations);
     stage.carve(0);
     let frames = if without == "all" { options.slow_frames } else { options.frames };
     // Without demand the first frame casts all.
@@ -55,7 +55,7 @@ fn measure(
     stage.carve(0);
     let image = stage.image();
     let work = stage.count(|stage| stage.carve(1));
-    stage.set_shortcuts(Optimizations::default());
+    stage.set_optimizations(Optimizations::default());
     let figures = json!({
         "without": without,
         "recast_voxels": work.voxels,

@@ -13,7 +13,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         return Err("--carver is missing: there would be nothing to measure".into());
     }
     let mut stage = Stage::new(parts, options.scene.size);
-    stage.set_shortcuts(options.scene.optimizations()?);
+    stage.set_optimizations(options.scene.optimizations()?);
     for &pattern in &options.patterns {
         for &mode in &options.modes {
             measure(&mut stage, mode, pattern, options)?;

@@ -77,12 +77,12 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
 pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
     let steps = u64::from(stage.occlusion().steps);
     stage.prepare(ShadingMode::Solid, RayPattern::Fibonacci(1))?;
-    stage.set_shortcuts(Optimizations::NONE);
+    stage.set_optimizations(Optimizations::NONE);
     stage.set_mode(ShadingMode::Cao);
     // All at first.
     stage.headless.frame();
     let work = stage.count(|_| {});
-    stage.set_shortcuts(Optimizations::default());
+    stage.set_optimizations(Optimizations::default());
     if work.samples == work.voxels * steps {
         Ok(work.voxels)
     } else {

@@ -48,7 +48,7 @@ fn drawing_ms(
     draw_leaps: bool,
     options: &Options,
 ) -> Result<f64, String> {
-    stage.set_shortcuts(Optimizations { draw_leaps, ..default() });
+    stage.set_optimizations(Optimizations { draw_leaps, ..default() });
     let occlusion = AmbientOcclusion { method: method.clone(), ..stage.occlusion() };
     stage.prepare_with(ShadingMode::Solid, occlusion)?;
     Ok(stage.medians(options.warmup, options.frames, |_, _| {}).total)

@@ -108,7 +108,7 @@ pub fn peer(options: &Options) -> Result<(), String> {
     let mut parts = shell(128, 128.0)?;
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
     let mut stage = Stage::new(parts, UVec2::splat(512));
-    stage.set_shortcuts(options.scene.optimizations()?);
+    stage.set_optimizations(options.scene.optimizations()?);
     let pattern = stage.occlusion().pattern;
     for mode in [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao] {
         stage.prepare(mode, pattern)?;

@@ -90,7 +90,7 @@ impl Stage {
     }
 
     /// Changes what work is left out.
-    pub fn set_shortcuts(&mut self, optimizations: Optimizations) {
+    pub fn set_optimizations(&mut self, optimizations: Optimizations) {
         self.world().insert_resource(optimizations);
     }
 

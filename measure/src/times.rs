@@ -38,13 +38,13 @@ pub fn run(options: &Options) -> Result<(), String> {
 pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], String> {
     let pattern = stage.occlusion().pattern;
     stage.prepare(ShadingMode::Solid, pattern)?;
-    stage.set_shortcuts(Optimizations::NONE);
+    stage.set_optimizations(Optimizations::NONE);
     stage.set_mode(ShadingMode::Lao);
     let dense = stage.medians(0, frames, |_, _| {});
     stage.set_mode(ShadingMode::Cao);
     // All at first.
     let contextual = stage.medians(1, frames, |_, _| {});
-    stage.set_shortcuts(Optimizations::default());
+    stage.set_optimizations(Optimizations::default());
     Ok([dense, contextual])
 }
 

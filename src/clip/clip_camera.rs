@@ -174,9 +174,14 @@ fn frame_of(mesh: &Mesh) -> Result<ClipFrame, &'static str> {
     ClipFrame::around(aabb.center.into(), aabb.half_extents.into()).ok_or("it has no extent")
 }
 
-/// The camera goes with what makes an entity a clip mesh.
-pub(super) fn remove_clip_camera(removed: On<Remove, (ClipMesh, Mesh3d)>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<ClipCamera>();
+/// Takes the camera from entities that stopped being a clip mesh.
+pub(super) fn remove_clip_cameras(
+    mut commands: Commands,
+    orphans: Query<Entity, (With<ClipCamera>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,
+) {
+    for entity in &orphans {
+        commands.entity(entity).try_remove::<ClipCamera>();
+    }
 }
 
 #[cfg(test)]

@@ -39,17 +39,16 @@ impl Plugin for ClipPlugin {
             .init_resource::<LayersWanted>()
             .add_observer(clip_mesh::warn_of_cut_off)
             .add_observer(clip_mesh::number_carvers)
-            .add_observer(clip_camera::remove_clip_camera)
-            .add_observer(pose::remove_pose)
             .add_systems(
                 PostUpdate,
                 (
-                    clip_settings::update_capacity.in_set(ClipSystems::Capacity).before(VolumeSystems::Bake),
-                    (pose::pose_meshes, pose::remove_rigid_poses)
+                    // What carvers take counts when volumes are fitted.
+                    clip_settings::update_capacity.in_set(ClipSystems::Capacity).before(VolumeSystems::Fit),
+                    (pose::pose_meshes, pose::remove_poses)
                         .in_set(ClipSystems::Pose)
                         .after(TransformSystems::Propagate)
                         .before(AssetEventSystems),
-                    clip_camera::update_clip_cameras
+                    (clip_camera::update_clip_cameras, clip_camera::remove_clip_cameras)
                         .in_set(ClipSystems::Cameras)
                         .after(AssetEventSystems)
                         .after(pose::pose_meshes),

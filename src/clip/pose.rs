@@ -158,17 +158,13 @@ fn joints_of(
     Some(matrices)
 }
 
-/// The copy goes with what makes an entity a clip mesh.
-pub(super) fn remove_pose(removed: On<Remove, (ClipMesh, Mesh3d)>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<PosedMesh>();
-}
-
-/// Takes the copy from entities that deform no more: of skin and morphs neither is left.
-pub(super) fn remove_rigid_poses(
+/// Takes the copy from entities that deform no more.
+pub(super) fn remove_poses(
     mut commands: Commands,
+    orphans: Query<Entity, (With<PosedMesh>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,
     rigid: Query<Entity, (With<PosedMesh>, Without<SkinnedMesh>, Without<MeshMorphWeights>)>,
 ) {
-    for entity in &rigid {
+    for entity in orphans.iter().chain(&rigid) {
         commands.entity(entity).try_remove::<PosedMesh>();
     }
 }

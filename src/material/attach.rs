@@ -134,14 +134,13 @@ fn set_layers(entity: &mut EntityCommands, layers: Option<&RenderLayers>) {
     };
 }
 
-/// The child goes with the volume's table.
+/// Takes the child from entities that have no volume any more.
 pub(super) fn detach_visuals(
-    removed: On<Remove, LookupTable>,
-    boxes: Query<&VolumeBox>,
     mut commands: Commands,
+    orphans: Query<(Entity, &VolumeBox), Without<LookupTable>>,
 ) {
-    if let Ok(child) = boxes.get(removed.entity) {
+    for (entity, child) in &orphans {
         commands.entity(child.0).try_despawn();
-        commands.entity(removed.entity).try_remove::<VolumeBox>();
+        commands.entity(entity).try_remove::<(VolumeBox, ShownOcclusion)>();
     }
 }

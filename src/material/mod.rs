@@ -41,7 +41,6 @@ impl Plugin for VolumeMaterialPlugin {
         embedded_asset!(app, "volume.wgsl");
         app.add_plugins(MaterialPlugin::<VolumeMaterial>::default())
             .add_observer(depth_prepass::leave_to_user)
-            .add_observer(attach::detach_visuals)
             .add_systems(
                 PostUpdate,
                 (
@@ -51,6 +50,7 @@ impl Plugin for VolumeMaterialPlugin {
                     )
                         .chain()
                         .run_if(resource_exists::<DeviceSupport>),
+                    attach::detach_visuals,
                     depth_prepass::require_depth,
                 )
                     .after(TransformSystems::Propagate)

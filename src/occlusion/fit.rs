@@ -47,6 +47,7 @@ struct Room {
 pub(crate) fn fit_occlusion(
     mut commands: Commands,
     mut volumes: Query<(Entity, &LookupTable, &AmbientOcclusion, Option<&mut FittedOcclusion>)>,
+    orphans: Query<Entity, (With<FittedOcclusion>, Without<LookupTable>)>,
     budget: Res<VolumeBudget>,
     stored: Res<StoredBytes>,
     device: Res<RenderDevice>,
@@ -77,12 +78,10 @@ pub(crate) fn fit_occlusion(
             }
         }
     }
+    for entity in &orphans {
+        commands.entity(entity).try_remove::<FittedOcclusion>();
+    }
     taken.set_if_neq(BytesTaken { by_methods, ..*taken });
-}
-
-/// What is computed and shown goes with the volume's table.
-pub(crate) fn forget_occlusion(removed: On<Remove, LookupTable>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<(FittedOcclusion, ShownOcclusion)>();
 }
 
 impl Room {

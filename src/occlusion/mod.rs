@@ -59,7 +59,6 @@ impl Plugin for OcclusionPlugin {
         app.init_resource::<SweepDistancesAlone>();
         app.init_resource::<Optimizations>()
             .add_observer(shortfall::warn_of_shortfall)
-            .add_observer(fit::forget_occlusion)
             .register_type::<Optimizations>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>();

@@ -13,7 +13,7 @@ pub enum OcclusionTexels {
     HalfFactors,
     /// The factor of a voxel and the share of its opacity that is drawn.
     Modulated,
-    /// How much light each octant of directions brings to a voxel: four in a texel, the other four as many
+    /// Of sweeping alone: how much light each octant of directions brings to a voxel: four in a texel, the other four as many
     /// texels farther along z as there are voxels.
     Octants,
 }

@@ -146,7 +146,7 @@ pub(crate) fn extract_scene(
         })
     }));
     // The same carvers act in every frame, whatever order a query gives: those that were spawned first.
-    scene.carvers.sort_unstable_by_key(|carver| carver.order);
+    scene.carvers.sort_unstable_by_key(|carver| (!carver.clip_mesh.is_active, carver.order));
     let first_beyond = scene.carvers.len().min(MAX_CARVERS);
     scene.beyond_most =
         scene.carvers.drain(first_beyond..).map(|carver| (carver.entity, carver.mesh)).collect();

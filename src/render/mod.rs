@@ -122,6 +122,7 @@ impl Plugin for OcclusionRenderPlugin {
                 Render,
                 (
                     (
+                        registry::begin_methods,
                         carvers::clip_maps::keep_clip_maps,
                         volumes::store::keep_volumes,
                         registry::keep_for_methods,
@@ -130,7 +131,6 @@ impl Plugin for OcclusionRenderPlugin {
                         .in_set(RenderSystems::PrepareAssets)
                         .in_set(OcclusionRenderSystems::Keep),
                     (
-                        registry::begin_methods,
                         pipelines::find_ready,
                         windows::find_windows,
                         carvers::plan::plan_carvers,

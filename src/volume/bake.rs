@@ -7,13 +7,15 @@ use super::{
     fit::ShownVolume,
 };
 
-/// Bakes the table of every volume whose data or transfer function changed. A table stays until the volume and the transfer function of the next one are there.
+/// Bakes the table of every volume whose data or transfer function changed, and takes it from those that can no
+/// longer be shown. A table stays until the volume and the transfer function of the next one are there.
 pub(super) fn bake_lookup_tables(
     mut commands: Commands,
     mut function_events: MessageReader<AssetEvent<TransferFunction>>,
     volumes: Res<Assets<Volume>>,
     functions: Res<Assets<TransferFunction>>,
     entities: Query<(Entity, &ShownVolume, &VolumeTransferFunction, Option<&LookupTable>)>,
+    orphans: Query<Entity, (With<LookupTable>, Without<ShownVolume>)>,
 ) {
     let changed_functions: HashSet<_> = function_events.read().filter_map(changed).collect();
     for (entity, shown, function, table) in &entities {
@@ -50,11 +52,9 @@ pub(super) fn bake_lookup_tables(
             commands.trigger(VolumeLoaded { entity });
         }
     }
-}
-
-/// The table goes with what is shown.
-pub(super) fn forget_table(removed: On<Remove, ShownVolume>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<LookupTable>();
+    for entity in &orphans {
+        commands.entity(entity).try_remove::<LookupTable>();
+    }
 }
 
 /// The asset that an event changes, if it does. One that was added is missed by no table.

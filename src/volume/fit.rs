@@ -88,6 +88,7 @@ pub(super) fn fit_volumes(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Volume>>,
     mut entities: Query<(Entity, &Volume3d, Option<&mut ShownVolume>)>,
+    orphans: Query<Entity, (With<ShownVolume>, Without<Volume3d>)>,
     budget: Res<VolumeBudget>,
     stored: Res<StoredBytes>,
     device: Option<Res<RenderDevice>>,
@@ -157,12 +158,10 @@ pub(super) fn fit_volumes(
     }
     let used = entities.iter().filter_map(|(_, _, shown)| Some(shown?.volume.as_ref()?.id()));
     halved.keep(&used.collect());
+    for entity in &orphans {
+        commands.entity(entity).try_remove::<ShownVolume>();
+    }
     taken.set_if_neq(BytesTaken { by_volumes, ..*taken });
-}
-
-/// What an entity shows goes with its volume.
-pub(super) fn forget_shown(removed: On<Remove, Volume3d>, mut commands: Commands) {
-    commands.entity(removed.entity).try_remove::<ShownVolume>();
 }
 
 /// The volume that an event changes, if it does. One that was added is missed by nobody.

@@ -71,8 +71,6 @@ impl Plugin for VolumePlugin {
             .init_resource::<StoredBytes>()
             .init_resource::<halved_volumes::HalvedVolumes>()
             .add_observer(events::log_failures)
-            .add_observer(fit::forget_shown)
-            .add_observer(bake::forget_table)
             .add_systems(
                 PostUpdate,
                 // Before asset events go out, so that what is made of a table reaches the renderer

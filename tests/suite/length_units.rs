@@ -167,7 +167,7 @@ fn lengths_are_scaled_and_volumes_halved_as_set() {
     let half = read(VolumeReadSettings { halvings: 1, ..millimetres }).expect("a volume");
     assert_eq!(half.dimensions(), volume.halved().dimensions());
     assert!(half.intensities() == volume.halved().intensities(), "the voxels differ");
-    for length_scale in [f64::NAN, 0.0, f64::INFINITY] {
+    for length_scale in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
         assert!(read(VolumeReadSettings { length_scale, ..Default::default() }).is_err(), "{length_scale}");
     }
 }

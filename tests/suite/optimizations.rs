@@ -37,7 +37,7 @@ fn carved(mut scene: TestScene) -> (Vec<Option<u8>>, Vec<u8>) {
 }
 
 #[test]
-fn no_shortcut_changes_a_bit() {
+fn no_optimization_changes_a_bit() {
     for (name, function, spacing) in [
         ("opaque", opaque_ramp(), DVec3::ONE),
         ("translucent, anisotropic", translucent_ramp(), DVec3::new(1.0, 0.8, 1.9)),
@@ -68,7 +68,7 @@ fn work_of_a_carve(optimizations: Optimizations) -> Work {
 }
 
 #[test]
-fn shortcuts_save_samples() {
+fn optimizations_save_samples() {
     if !needs::counters(&mut scene(opaque_ramp(), DVec3::ONE, Optimizations::NONE)) {
         return;
     }

@@ -74,3 +74,20 @@ fn unseen_volumes_cost_nothing_and_come_back_right() {
     }
     check(few_rays(), ShadingMode::Lao);
 }
+
+#[test]
+fn settings_that_change_and_change_back_unseen_leave_no_trace() {
+    use bevy_contextual_ao::occlusion::OcclusionResolution;
+    let (mut scene, _) = carved(&few_rays(), ShadingMode::Cao);
+    let before = scene.headless.image();
+    let (hide, volume) = (WAYS[0].1, scene.volume);
+    hide(&mut scene, false);
+    scene.headless.frames(2);
+    for resolution in [OcclusionResolution::Half, OcclusionResolution::Full] {
+        scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").resolution = resolution;
+        scene.headless.frames(2);
+    }
+    hide(&mut scene, true);
+    scene.headless.frame();
+    assert_eq!(different_pixels(&scene.headless.image(), &before), 0);
+}

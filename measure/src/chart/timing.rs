@@ -43,18 +43,18 @@ pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<
         ms: [0, 1, 2].map(|kind| median(visits.iter().map(|ms| ms[kind]).collect())),
         frames: visits.len() as u32,
     };
-    stage.set_shortcuts(Optimizations::default());
+    stage.set_optimizations(Optimizations::default());
     Ok(visits.iter().map(medians).collect())
 }
 
 /// Times a frame of each kind.
 fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
-    stage.set_shortcuts(Optimizations::default());
+    stage.set_optimizations(Optimizations::default());
     stage.carve(0);
     stage.prepare_with(setting.mode, setting.occlusion.clone())?;
     stage.headless.frames(setting.frames_to_settle());
     // What does without optimizations casts all in its first frame, and in every one that gets things ready.
-    stage.set_shortcuts(setting.optimizations);
+    stage.set_optimizations(setting.optimizations);
     if setting.mode.recomputes_all() {
         // In every frame, whatever changed.
         stage.carve(2);

@@ -203,7 +203,7 @@ pub enum Groups<'a> {
     Pixels(UVec2),
     /// One invocation for each voxel, a brick to a workgroup.
     Voxels(UVec3),
-    /// So many invocations, `WIDTH` to a workgroup.
+    /// So many invocations, 64 to a workgroup, in rows of workgroups where there are more than 65,535.
     Invocations(u32),
     /// As the head of a list's end says (`work_list.wgsl`).
     Listed(&'a Buffer, ListEnd),

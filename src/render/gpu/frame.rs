@@ -46,7 +46,7 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         frame
     }
 
-    /// For what is no pass.
+    /// For what is no pass. Where passes are timed by the clock, it is submitted after all of them.
     pub fn encoder(&mut self) -> &mut CommandEncoder {
         self.ctx.command_encoder()
     }

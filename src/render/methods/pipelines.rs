@@ -99,14 +99,14 @@ pub(crate) fn ask(
     for (method, is_there) in wanted.values_mut() {
         let is_ready = if method.kind().is_of_voxels() {
             let voxels = voxels.of(method);
-            if voxels.is_none() {
-                warn_once!("no plugin computes the occlusion method `{}`", method.name());
-            }
-            voxels.is_some_and(|voxels| voxels.is_ready(method, &cache))
+            voxels.map(|voxels| voxels.is_ready(method, &cache))
         } else {
-            views.0.get(method.name()).is_some_and(|are_there| *are_there)
+            views.0.get(method.name()).copied()
         };
-        *is_there = can_clip & is_ready;
+        if is_ready.is_none() {
+            warn_once!("no plugin computes the occlusion method `{}`", method.name());
+        }
+        *is_there = can_clip & is_ready.unwrap_or(false);
         all.0 &= *is_there;
     }
 }

@@ -17,7 +17,7 @@ use crate::{
     },
 };
 
-/// Brings a method that computes the occlusion of voxels.
+/// Brings a method that computes the occlusion of voxels. It is added after Bevy's `DefaultPlugins`.
 pub struct VoxelMethodPlugin<M>(PhantomData<fn() -> M>);
 
 impl<M> Default for VoxelMethodPlugin<M> {

@@ -8,7 +8,7 @@ use bevy::{
 };
 
 use crate::{
-    occlusion::{MethodSettings, OcclusionMethod, Optimizations},
+    occlusion::{AmbientOcclusion, MethodSettings, OcclusionMethod, Optimizations},
     render::{
         clipping::step::{ClipStep, Demand},
         extract::ExtractedVolume,
@@ -20,6 +20,7 @@ use crate::{
         },
         windows::VolumeWindow,
     },
+    volume::VolumeGeometry,
 };
 
 /// A method that computes the occlusion of voxels: its passes, and what they need.
@@ -34,11 +35,11 @@ pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
     /// Whether it computes what these settings ask for.
     fn computes(&self, method: &OcclusionMethod) -> bool;
 
-    /// Whether its pipelines are there for these settings. They are compiled from the first time on that this is
-    /// asked.
+    /// Whether its pipelines are there, for all settings of this type. They are compiled from the first time on that
+    /// this is asked: in every frame, once a volume has wanted the method.
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool;
 
-    /// Reads what it needs of the render world, at the beginning of a frame.
+    /// Reads what it needs of the render world. Called first in a frame.
     fn read(&mut self, world: &World) {
         let _ = world;
     }
@@ -78,6 +79,16 @@ impl KeptVolume<'_> {
     pub fn dimensions(&self) -> UVec3 {
         self.volume.geometry.dimensions
     }
+
+    /// Its grid, with what converts lengths.
+    pub fn geometry(&self) -> &VolumeGeometry {
+        &self.volume.geometry
+    }
+
+    /// How its occlusion is computed.
+    pub fn ambient_occlusion(&self) -> &AmbientOcclusion {
+        &self.volume.occlusion
+    }
 }
 
 /// A volume in a frame in which it is seen.
@@ -101,6 +112,16 @@ impl VolumeFrame<'_> {
     /// Its voxels along each axis.
     pub fn dimensions(&self) -> UVec3 {
         self.volume.geometry.dimensions
+    }
+
+    /// Its grid, with what converts lengths.
+    pub fn geometry(&self) -> &VolumeGeometry {
+        &self.volume.geometry
+    }
+
+    /// How its occlusion is computed.
+    pub fn ambient_occlusion(&self) -> &AmbientOcclusion {
+        &self.volume.occlusion
     }
 
     /// Whether its samples are darkened by occlusion: what is not drawn need not be computed.

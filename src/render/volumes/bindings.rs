@@ -74,7 +74,7 @@ impl VolumeResources {
         self.groups.clone()
     }
 
-    /// Group 0 as it was made this frame.
+    /// Group 0 as it was made in the last frame in which the volume was seen and ready.
     pub fn groups(&self) -> Option<&VolumeGroups> {
         self.groups.as_ref()
     }

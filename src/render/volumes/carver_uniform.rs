@@ -1,4 +1,4 @@
-//! The data that every shader reads of a volume's carvers (`volume_bindings.wgsl`).
+//! The data that every shader reads of a volume's carvers (`bindings.wgsl`).
 
 use bevy::{
     math::{Affine3A, DAffine3, DMat3, DVec3, Vec3Swizzles, Vec4Swizzles},

@@ -11,7 +11,8 @@ pub trait MethodResources: Any + Send + Sync {
     fn usage(&self) -> GpuUsage;
 
     /// By what surfaces are oriented when views draw them, in place of the clipped opacities: a distance field's
-    /// gradient and the distance (`orientation.wgsl`).
+    /// gradient and the distance (`orientation.wgsl`). The material binds the view as long as
+    /// [`MethodSettings::drawing`](crate::occlusion::MethodSettings::drawing) is the same: so long it must stay.
     fn orientations(&self) -> Option<&TextureView> {
         None
     }

@@ -227,6 +227,8 @@ impl VolumeResources {
         if self.texels != texels {
             self.texels = texels;
             self.occlusion = occlusion_texture(texels, volume.geometry.dimensions, formats, device);
+            // Nothing is in it, whatever the settings were when it was last seen.
+            self.state.contents = None;
         }
     }
 

@@ -1,4 +1,4 @@
-//! The data that every shader reads of a volume (`volume_bindings.wgsl`).
+//! The data that every shader reads of a volume (`bindings.wgsl`).
 
 use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 

@@ -44,6 +44,10 @@ impl Default for VolumeReadSettings {
 impl VolumeReadSettings {
     /// The same header, in its lengths.
     pub(super) fn scale(&self, header: GridHeader) -> Result<GridHeader, VolumeError> {
+        if !(self.length_scale > 0.0 && self.length_scale.is_finite()) {
+            let scale = self.length_scale.to_string();
+            return Err(VolumeError::field("length_scale", &scale, "must be finite and positive"));
+        }
         let scale = DAffine3::from_scale(DVec3::splat(self.length_scale));
         GridHeader { grid_to_patient: scale * header.grid_to_patient, ..header }.checked()
     }

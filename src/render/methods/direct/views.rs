@@ -21,11 +21,12 @@ use crate::{
     diagnostics::ReportChannel,
     occlusion::DirectOcclusion,
     render::{
-        extract::ExtractedScene,
+        extract::{ExtractedScene, ExtractedVolume},
         gpu::{
             device::Gpu,
             frame::{Frame, TimesByClock},
         },
+        methods::pipelines::MethodPipelines,
         volumes::store::{VolumeResources, VolumeStore},
         windows::{VolumeWindows, WindowUniform},
     },
@@ -68,6 +69,7 @@ pub(super) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
     windows: Res<VolumeWindows>,
+    pipelines: Res<MethodPipelines>,
     views: Query<ViewData>,
     report: Res<ReportChannel>,
     mut passes: Passes,
@@ -76,7 +78,9 @@ pub(super) fn prepare_views(
 ) {
     jobs.0.clear();
     let mut shown = Vec::new();
-    for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
+    // What is bound was bound in this frame where all is ready.
+    let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
+    for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
         let settings =
             volume.occlusion.method.get::<DirectOcclusion>().filter(|_| volume.is_drawn_by_method());
         let (Some(settings), Some(resources)) = (settings, store.0.get(&volume.entity)) else {

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     diagnostics::{COUNTERS, SPAN_MARK, SPAN_RAY_CAST},
-    occlusion::{MethodKind, OcclusionMethod, Optimizations, ProgressiveRays},
+    occlusion::{OcclusionMethod, Optimizations, ProgressiveRays},
     render::{
         clipping::step::Demand,
         extract::ExtractedScene,
@@ -59,7 +59,7 @@ impl VoxelMethod for Rays {
     type Job = RaysJob;
 
     fn computes(&self, method: &OcclusionMethod) -> bool {
-        method.kind() == MethodKind::StaleVoxels
+        matches!(method, OcclusionMethod::Rays | OcclusionMethod::Progressive(_))
     }
 
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool {
