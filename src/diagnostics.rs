@@ -116,7 +116,7 @@ pub(crate) struct Report {
     pub cut_off: Vec<ClipMeshCutOff>,
 }
 
-/// Times every pass by the clock while `true`, waiting for the device after each.
+/// Times every pass by the clock while `true`, waiting for the GPU after each.
 ///
 /// It slows frames down, and is for drivers whose timestamps say nothing about compute passes
 /// (Mesa's software driver) or that have none.

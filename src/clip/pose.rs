@@ -1,6 +1,6 @@
 //! Clip meshes that deform: their vertices where skinning and morph targets put them this frame.
 //!
-//! Bevy deforms vertices on the device, for each view. The clip camera needs them once per change,
+//! Bevy deforms vertices on the GPU, for each view. The clip camera needs them once per change,
 //! in the carver's own space, and with their bounds, so they are deformed here.
 
 use bevy::{

@@ -1,6 +1,6 @@
 //! The passes, in the render world. This file only wires them up:
 //!
-//! main world → `extract` → `windows` (who sees what) → `carvers`, `volumes` (what stays on the device) → `plan` (what
+//! main world → `extract` → `windows` (who sees what) → `carvers`, `volumes` (what stays on the GPU) → `plan` (what
 //! this frame needs) → `encode` (the passes, in order).
 //!
 //! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V; `rays`

@@ -4,7 +4,7 @@ use bevy::{prelude::*, render::render_resource::WgpuLimits};
 
 use super::{Intensities, LookupTable, Volume};
 
-/// How much of the graphics device's memory volumes and carvers may take.
+/// How much of the GPU's memory volumes and carvers may take.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VolumeBudget {

@@ -130,7 +130,7 @@ impl ClipMaps {
         *textures = textures.moved(capacity, &moves, device, queue);
     }
 
-    /// What the maps take on the device.
+    /// What the maps take on the GPU.
     pub fn usage(&self) -> GpuUsage {
         self.textures.as_ref().map_or(default(), ClipTextures::usage)
     }

@@ -178,7 +178,7 @@ impl ClipTextures {
         self.depth_map_size / TEXELS_PER_DILATION_TEXEL
     }
 
-    /// What they take on the device.
+    /// What they take on the GPU.
     pub fn usage(&self) -> GpuUsage {
         let [first, second] = &self.surfaces;
         let all = [&self.depth, &self.dilation, &self.tiles, &self.counts, first, second];

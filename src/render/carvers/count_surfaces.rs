@@ -1,5 +1,5 @@
 //! How many surfaces a clip mesh has along the lines of sight of its clip camera: counted on the
-//! device when the mesh changes.
+//! GPU when the mesh changes.
 
 use bevy::{
     asset::load_embedded_asset,

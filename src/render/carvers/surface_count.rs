@@ -1,4 +1,4 @@
-//! How many surfaces a carver's mesh has, as far as that is known: the count comes from the device,
+//! How many surfaces a carver's mesh has, as far as that is known: the count comes from the GPU,
 //! a frame after it was made there.
 
 use bevy::{

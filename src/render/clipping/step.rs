@@ -1,4 +1,4 @@
-//! What step IV has to do for a volume this frame, given what is on the device for it.
+//! What step IV has to do for a volume this frame, given what is on the GPU for it.
 
 use bevy::prelude::*;
 

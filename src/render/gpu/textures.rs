@@ -1,4 +1,4 @@
-//! Textures with their views, and what textures and buffers take on the device.
+//! Textures with their views, and what textures and buffers take on the GPU.
 
 use bevy::{
     prelude::*,

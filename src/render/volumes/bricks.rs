@@ -1,4 +1,4 @@
-//! What a volume keeps on the device about its bricks and, as masks, about its voxels.
+//! What a volume keeps on the GPU about its bricks and, as masks, about its voxels.
 
 use bevy::{
     prelude::*,

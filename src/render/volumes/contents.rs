@@ -1,4 +1,4 @@
-//! What is on the device for a volume, and of what: by this it is decided what has to be done.
+//! What is on the GPU for a volume, and of what: by this it is decided what has to be done.
 
 use super::{carver_uniform::CarverUniform, clip_pass::Queue};
 use crate::{
@@ -31,10 +31,10 @@ impl Contents {
     }
 }
 
-/// What is on the device for a volume.
+/// What is on the GPU for a volume.
 #[derive(Default)]
 pub(crate) struct VolumeState {
-    /// Table on the device.
+    /// Table on the GPU.
     pub table_revision: Option<u32>,
     /// For which resolution of the occlusion the ranges of bricks are there.
     pub ranges_for: Option<OcclusionResolution>,

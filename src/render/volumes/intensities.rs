@@ -14,7 +14,7 @@ use crate::{
     volume::{Intensities, Volume},
 };
 
-/// A [`Volume`]'s intensities on the device, shared by all entities that show them.
+/// A [`Volume`]'s intensities on the GPU, shared by all entities that show them.
 pub(crate) struct GpuVolume {
     pub texture: Texture,
     pub view: TextureView,

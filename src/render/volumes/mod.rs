@@ -1,4 +1,4 @@
-//! What stays on the device of a volume, and how passes bind it.
+//! What stays on the GPU of a volume, and how passes bind it.
 
 pub(super) mod bindings;
 pub(super) mod bricks;

@@ -1,4 +1,4 @@
-//! What each volume keeps on the device from frame to frame.
+//! What each volume keeps on the GPU from frame to frame.
 
 use bevy::{
     platform::collections::{HashMap, HashSet},
@@ -60,7 +60,7 @@ pub enum VolumeTexture {
     Occlusion,
 }
 
-/// A yes or no per voxel. In the order of the masks on the device, of which there is one more between.
+/// A yes or no per voxel. In the order of the masks on the GPU, of which there is one more between.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VoxelMask {
@@ -160,7 +160,7 @@ impl VolumeStore {
         }
     }
 
-    /// What the volumes take on the device.
+    /// What the volumes take on the GPU.
     pub(in crate::render) fn usage(&self) -> GpuUsage {
         // Intensities are there once, however many entities show them.
         let mut counted = HashSet::new();

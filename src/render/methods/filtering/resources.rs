@@ -1,4 +1,4 @@
-//! What filtering keeps on the device for a volume.
+//! What filtering keeps on the GPU for a volume.
 
 use bevy::{
     prelude::*,

@@ -1,4 +1,4 @@
-//! What sweeping keeps on the device for a volume, and its settings (`sweeping.wgsl`).
+//! What sweeping keeps on the GPU for a volume, and its settings (`sweeping.wgsl`).
 
 use bevy::{
     prelude::*,
