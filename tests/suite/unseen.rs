@@ -91,3 +91,25 @@ fn settings_that_change_and_change_back_unseen_leave_no_trace() {
     scene.headless.frame();
     assert_eq!(different_pixels(&scene.headless.image(), &before), 0);
 }
+
+#[test]
+fn progressive_rays_that_were_others_unseen_begin_anew() {
+    let progressive = AmbientOcclusion { method: OcclusionMethod::Progressive(default()), ..few_rays() };
+    let (mut scene, carver) = carved(&progressive, ShadingMode::Cao);
+    let (hide, volume) = (WAYS[0].1, scene.volume);
+    // Some rays of all are cast when nobody looks any more.
+    scene.move_carver(carver, at(3));
+    scene.headless.frames(3);
+    hide(&mut scene, false);
+    scene.headless.frames(2);
+    for method in [OcclusionMethod::Rays, OcclusionMethod::Progressive(default())] {
+        scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").method = method;
+        scene.headless.frames(2);
+    }
+    hide(&mut scene, true);
+    scene.headless.frames(14);
+    let (mut fresh, carver) = carved(&progressive, ShadingMode::Cao);
+    fresh.move_carver(carver, at(3));
+    fresh.headless.frames(14);
+    assert_eq!(different_pixels(&scene.headless.image(), &fresh.headless.image()), 0);
+}

@@ -71,8 +71,10 @@ impl KeptRays {
                 mapped_at_creation: false,
             };
             self.ray_sums = is_progressive.then(|| gpu.device.create_buffer(&descriptor));
+            // Nothing is in them, whatever was found when the volume was last seen.
+            self.progress = default();
         }
-        let occlusion = &volume.volume.occlusion;
+        let occlusion = volume.ambient_occlusion();
         if self.rays_for.as_ref() != Some(occlusion) {
             self.rays_for = Some(occlusion.clone());
             self.rays.set(ray_table(volume.volume));
