@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use super::MethodSettings;
 
-/// Settings of a method that a plugin brings, of any type ([`OcclusionMethod::custom`](super::OcclusionMethod::custom)).
+/// Settings of a method that a plugin brings, of any type:
+/// [`OcclusionMethod::custom`](super::OcclusionMethod::custom).
 #[derive(Reflect, Clone, Debug)]
 #[reflect(opaque, Debug, Clone, PartialEq)]
 pub struct CustomMethod {

@@ -2,9 +2,9 @@
 
 use crate::volume::VolumeGeometry;
 
-/// A length setting within 0 and `most`; 0 if it is not finite.
-pub(super) fn within(value: f32, most: f32) -> f32 {
-    if value.is_finite() { value.clamp(0.0, most) } else { 0.0 }
+/// A length setting within 0 and `max`; 0 if it is not finite.
+pub(super) fn within(value: f32, max: f32) -> f32 {
+    if value.is_finite() { value.clamp(0.0, max) } else { 0.0 }
 }
 
 /// A length, mm: the one that is set, or so many voxels of the smallest spacing.

@@ -13,7 +13,7 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
     /// The method's name on command lines and in tables. No two methods have the same.
     fn name(&self) -> &'static str;
 
-    /// What is computed, and when.
+    /// What is computed, and when. Of methods from outside of this crate only [`MethodKind::AllVoxels`] is computed.
     fn kind(&self) -> MethodKind {
         MethodKind::AllVoxels
     }

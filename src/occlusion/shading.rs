@@ -8,8 +8,8 @@ use bevy::prelude::*;
 pub struct VolumeShading {
     /// What lights samples.
     pub lighting: VolumeLighting,
-    /// Whether samples are darkened by ambient occlusion ([`AmbientOcclusion`](super::AmbientOcclusion)): the ambient and
-    /// diffuse parts where they are lit, else all of the colour. Without it none is computed.
+    /// Whether samples are darkened by [`AmbientOcclusion`](super::AmbientOcclusion): the ambient and diffuse parts
+    /// where they are lit, else all of the colour. Without it none is computed.
     pub ambient_occlusion: bool,
     /// Distance between samples along a view ray, in units of the smallest voxel spacing. Smaller
     /// steps cost proportionally more drawing time and show fewer slices.

@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 
-/// Triggered on a volume whose [`AmbientOcclusion`](super::AmbientOcclusion) cannot be computed as it is set, and again when what is set
-/// or what is missing changes.
+/// Triggered on a volume whose [`AmbientOcclusion`](super::AmbientOcclusion) cannot be computed as it is set, and again
+/// when the settings or the memory that is missing change.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionFailed {
     /// The volume's entity.

@@ -13,8 +13,8 @@ pub enum OcclusionTexels {
     HalfFactors,
     /// The factor of a voxel and the share of its opacity that is drawn.
     Modulated,
-    /// Of sweeping alone: how much light each octant of directions brings to a voxel: four in a texel, the other four as many
-    /// texels farther along z as there are voxels.
+    /// How much light each octant of directions brings to a voxel: four in a texel, the other four as many texels
+    /// farther along z as there are voxels. Of sweeping alone.
     Octants,
 }
 

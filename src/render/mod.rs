@@ -3,8 +3,8 @@
 //! main world → `extract` → `windows` (who sees what) → `carvers`, `volumes` (what stays on the GPU) → `plan` (what
 //! this frame needs) → `encode` (the passes, in order).
 //!
-//! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V; `rays`
-//! is the paper's). `views` is what passes share with drawing (VI, `material`), `gpu` what passes are made of.
+//! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V;
+//! `rays` is the paper's). `views` is what passes share with drawing (VI, `material`), `gpu` what passes are made of.
 //! Each imports only from those before it in this order: `gpu`, `extract`, `windows`, `carvers`, `volumes`, `clipping`,
 //! `views`, `methods`, `plan`, `encode`.
 
@@ -15,7 +15,7 @@ mod clipping;
 mod encode;
 mod extract;
 mod gpu;
-pub(crate) mod methods;
+mod methods;
 mod plan;
 mod views;
 pub(crate) mod volumes;

@@ -47,6 +47,7 @@ pub(crate) fn plan_volumes(
     let Some(clip) = &clip_maps.textures else {
         return;
     };
+    let planning = Planning { scene: &scene, windows: &windows, clip, clipping: &clipping, gpu: &gpu };
     let mut ready = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
@@ -64,8 +65,6 @@ pub(crate) fn plan_volumes(
         let looks_different = write_volume(volume, resources, &carvers, are_ready, clip, &scene, &gpu);
         if are_ready {
             let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
-            let mut planning =
-                Planning { scene: &scene, windows: &windows, clip, clipping: &clipping, gpu: &gpu };
             plan.clips.extend(planning.plan(volume, resources, contents, looks_different, &mut methods));
         }
     }
@@ -123,7 +122,7 @@ struct Planning<'a, 'w> {
 
 impl Planning<'_, '_> {
     fn plan(
-        &mut self,
+        &self,
         volume: &ExtractedVolume,
         resources: &mut VolumeResources,
         contents: Contents,
@@ -142,8 +141,7 @@ impl Planning<'_, '_> {
         let mut kept = resources.kept.take();
         if let (Some(method), Some(kept)) = (&mut method, &mut kept) {
             let frame = VolumeFrame {
-                volume,
-                resources,
+                of: KeptVolume { volume, resources },
                 groups: &groups,
                 step: &step,
                 windows: self.windows.onto(volume.entity),

@@ -90,9 +90,9 @@ impl AsAssetId for VolumeTransferFunction {
 /// Whether all that the shading of a [`Volume3d`] needs is there: `false` while the volume, the shaders or the meshes
 /// of its carvers are on their way to the GPU.
 ///
-/// What is computed is computed in the frame that shows it: changes of the transfer function, of
-/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose do not end it for longer than a frame.
-/// A carver with a new mesh does, for the frames until it is known how many layers the mesh has.
+/// What is computed is computed in the frame that shows it. Changes of the transfer function, of
+/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose make it `false` for a frame at most. A
+/// carver with a new mesh does so for the frames until it is known how many layers the mesh has.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionReady(pub bool);

@@ -91,10 +91,11 @@ impl KeptVolume<'_> {
     }
 }
 
-/// A volume in a frame in which it is seen.
+/// A volume in a frame in which it is seen, with what [`KeptVolume`] tells.
+#[derive(Deref)]
 pub struct VolumeFrame<'a> {
-    pub(crate) volume: &'a ExtractedVolume,
-    pub(crate) resources: &'a VolumeResources,
+    #[deref]
+    pub(crate) of: KeptVolume<'a>,
     pub(crate) groups: &'a VolumeGroups,
     pub(crate) step: &'a ClipStep,
     pub(crate) windows: &'a [VolumeWindow],
@@ -104,26 +105,6 @@ pub struct VolumeFrame<'a> {
 }
 
 impl VolumeFrame<'_> {
-    /// The settings of its method, if they are of this type.
-    pub fn settings<S: MethodSettings>(&self) -> Option<&S> {
-        self.volume.occlusion.method.get()
-    }
-
-    /// Its voxels along each axis.
-    pub fn dimensions(&self) -> UVec3 {
-        self.volume.geometry.dimensions
-    }
-
-    /// Its grid, with what converts lengths.
-    pub fn geometry(&self) -> &VolumeGeometry {
-        &self.volume.geometry
-    }
-
-    /// How its occlusion is computed.
-    pub fn ambient_occlusion(&self) -> &AmbientOcclusion {
-        &self.volume.occlusion
-    }
-
     /// Whether its samples are darkened by occlusion: what is not drawn need not be computed.
     pub fn uses_occlusion(&self) -> bool {
         self.volume.shading.ambient_occlusion

@@ -15,7 +15,7 @@ use crate::{
         clipping::step::{Demand, outlines},
         extract::ExtractedVolume,
         gpu::device::Gpu,
-        methods::voxel_method::VolumeFrame,
+        methods::voxel_method::{KeptVolume, VolumeFrame},
         volumes::{
             bricks::{BrickResources, work_group},
             clip_pass::Queue,
@@ -62,7 +62,7 @@ pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) ->
 impl Rays {
     /// Decides what is cast, and records it as done: once planned, it is.
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
-        let VolumeFrame { volume, resources, step, windows, optimizations, .. } = *frame;
+        let VolumeFrame { of: KeptVolume { volume, resources }, step, windows, optimizations, .. } = *frame;
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
         let unmarked = unmarked(views, &kept.marked, frame);
@@ -111,7 +111,7 @@ impl Rays {
 
 /// The parts of views in which they may read what they have not read before.
 fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFrame) -> Vec<WindowUniform> {
-    let VolumeFrame { volume, step, optimizations, .. } = *frame;
+    let VolumeFrame { of: KeptVolume { volume, .. }, step, optimizations, .. } = *frame;
     // What a view reads that it has read before can differ only where one of the changes shows.
     let few = step.changes.as_ref().filter(|_| optimizations.outlines && !step.is_all_stale);
     let outlines = few.and_then(|changes| outlines(changes, volume));

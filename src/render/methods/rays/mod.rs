@@ -1,5 +1,5 @@
-//! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where it is stale and seen; all at once,
-//! or a few in every frame.
+//! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where it is stale and seen; all at
+//! once, or a few in every frame.
 //!
 //! `frame` (which views are followed, which rays are cast) → `mark` (the voxels that a view reads) → `cast`.
 
