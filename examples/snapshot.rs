@@ -34,7 +34,9 @@ fn main() -> Result<(), String> {
     let scene = options.scene.spawn(&mut headless)?;
     let world = headless.app.world_mut();
     if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(scene.volume) {
-        occlusion.pattern = options.pattern;
+        if let Some(rays) = occlusion.method.rays_mut() {
+            rays.pattern = options.pattern;
+        }
     }
     headless.set_mode(scene.volume, options.mode);
     headless.until_ready(scene.volume)?;

@@ -53,11 +53,11 @@ pub fn show(
         }
     });
     match &mut new.method {
-        OcclusionMethod::Rays => show_rays(ui, &mut new, geometry),
-        OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, kept_on_change }) => {
+        OcclusionMethod::Rays(rays) => show_rays(ui, rays, &mut new.sky, geometry),
+        OcclusionMethod::Progressive(ProgressiveRays { rays, rays_per_frame, kept_on_change }) => {
             ui.add(Slider::new(rays_per_frame, 1..=64).logarithmic(true).text("rays a frame"));
             ui.add(Slider::new(kept_on_change, 0.0..=0.99).text("kept on change"));
-            show_rays(ui, &mut new, geometry);
+            show_rays(ui, rays, &mut new.sky, geometry);
         }
         OcclusionMethod::Sweeping(sweeping) => {
             show_surface(ui, &mut sweeping.surface, function);
@@ -73,7 +73,7 @@ pub fn show(
     occlusion.set_if_neq(new);
 }
 
-fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion, geometry: &VolumeGeometry) {
+fn show_rays(ui: &mut Ui, new: &mut OcclusionRays, sky: &mut Sky, geometry: &VolumeGeometry) {
     let rays = new.pattern.rays();
     let patterns = [
         RayPattern::Neighborhood6,
@@ -102,10 +102,10 @@ fn show_rays(ui: &mut Ui, new: &mut AmbientOcclusion, geometry: &VolumeGeometry)
     let mut is_half = new.resolution == OcclusionResolution::Half;
     ui.checkbox(&mut is_half, "half resolution");
     new.resolution = if is_half { OcclusionResolution::Half } else { OcclusionResolution::Full };
-    show_sky(ui, &mut new.sky);
+    show_sky(ui, sky);
 }
 
-/// An even sky, or a cloudy one in a direction of the grid.
+/// An even sky, or a cloudy one in a direction of the volume: +y is up.
 fn show_sky(ui: &mut Ui, sky: &mut Sky) {
     ui.horizontal_wrapped(|ui| {
         ui.label("light from");

@@ -47,7 +47,7 @@ pub struct SceneOptions {
     #[arg(long, default_value = "rays")]
     pub method: OcclusionMethod,
     /// Samples per occlusion ray.
-    #[arg(long, default_value_t = AmbientOcclusion::default().steps)]
+    #[arg(long, default_value_t = OcclusionRays::default().steps)]
     pub steps: u32,
     /// Distance between them, mm.
     #[arg(long)]
@@ -188,16 +188,20 @@ impl SceneOptions {
             volume,
             transfer_function,
             budget: self.budget.budget(),
-            occlusion: AmbientOcclusion {
-                method: self.method.clone(),
-                steps: self.steps,
-                step_mm: self.step_mm,
-                ..default()
-            },
+            occlusion: AmbientOcclusion::by(self.method()),
             shading: VolumeShading { step_voxels: self.step_voxels, jitter: self.jitter, ..default() },
             carvers: self.carvers.clone(),
             fov: self.fov,
         })
+    }
+
+    /// The method, with the rays that are asked for.
+    fn method(&self) -> OcclusionMethod {
+        let mut method = self.method.clone();
+        if let Some(rays) = method.rays_mut() {
+            (rays.steps, rays.step_mm) = (self.steps, self.step_mm);
+        }
+        method
     }
 
     /// Where a camera has all in view.

@@ -66,8 +66,31 @@ pub fn translucent_ramp() -> TransferFunction {
 }
 
 /// Few and short rays: quick on a software driver.
+pub const FEW_RAYS: OcclusionRays = OcclusionRays {
+    pattern: RayPattern::Fibonacci(10),
+    steps: 5,
+    step_mm: Some(1.0),
+    resolution: OcclusionResolution::Full,
+};
+
+/// Occlusion by few and short rays.
 pub fn few_rays() -> AmbientOcclusion {
-    AmbientOcclusion { pattern: RayPattern::Fibonacci(10), steps: 5, step_mm: Some(1.0), ..default() }
+    AmbientOcclusion::by(FEW_RAYS)
+}
+
+/// The same rays, one in every frame.
+pub fn progressive_rays() -> OcclusionMethod {
+    ProgressiveRays { rays: FEW_RAYS, ..default() }.into()
+}
+
+/// All methods, those of rays with few.
+pub fn methods_of_few_rays() -> impl Iterator<Item = OcclusionMethod> {
+    OcclusionMethod::all().into_iter().map(|mut method| {
+        if let Some(rays) = method.rays_mut() {
+            *rays = FEW_RAYS;
+        }
+        method
+    })
 }
 
 /// A headless app with one volume and a camera.

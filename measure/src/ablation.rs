@@ -45,7 +45,7 @@ fn measure(
     with_all: Option<&[u8]>,
     options: &Options,
 ) -> Result<Vec<u8>, String> {
-    stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
+    stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
     stage.set_optimizations(optimizations);
     stage.carve(0);
     let frames = if without == "all" { options.slow_frames } else { options.frames };

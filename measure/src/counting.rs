@@ -110,12 +110,12 @@ impl CountingScene {
             volume,
             transfer_function: Some(function),
             budget: default(),
-            occlusion: AmbientOcclusion {
+            occlusion: AmbientOcclusion::by(OcclusionRays {
                 pattern: RayPattern::Rubik54,
                 steps: recipe.steps,
                 step_mm: Some(step_mm),
                 ..default()
-            },
+            }),
             shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
             carvers: vec![ball(&geometry, CARVER, RADIUS)],
             camera: place(&geometry, CAMERA),

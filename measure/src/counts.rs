@@ -28,7 +28,7 @@ pub fn run(only: Option<CountingScene>, options: &Options) -> Result<(), String>
 }
 
 fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
-    let AmbientOcclusion { pattern, steps, .. } = stage.occlusion();
+    let OcclusionRays { pattern, steps, .. } = stage.rays();
     let rays = u64::from(pattern.rays());
     let dense = stage.dense_samples();
     let published = published_voxels(stage)?;
@@ -75,7 +75,7 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
 ///
 /// One ray finds the same voxels as many. All are cast in full: samples are rays times steps.
 pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
-    let steps = u64::from(stage.occlusion().steps);
+    let steps = u64::from(stage.rays().steps);
     stage.prepare(ShadingMode::Solid, RayPattern::Fibonacci(1))?;
     stage.set_optimizations(Optimizations::NONE);
     stage.set_mode(ShadingMode::Cao);

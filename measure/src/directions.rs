@@ -57,7 +57,7 @@ pub fn run(options: &Options) -> Result<(), String> {
 /// 4096 rays, or as many as Mesa's software driver casts: it ends a shader's loops after 65,535 rounds
 /// in all without a word, and an invocation casts half of all rays where 64 share 32 voxels.
 pub fn max_rays(stage: &Stage) -> u32 {
-    if stage.headless.is_software() { (2 * 65_535 / (stage.occlusion().steps + 1)).min(4096) } else { 4096 }
+    if stage.headless.is_software() { (2 * 65_535 / (stage.rays().steps + 1)).min(4096) } else { 4096 }
 }
 
 /// What a pattern makes of a scene.

@@ -51,7 +51,7 @@ fn measure(
 ) -> Result<(), String> {
     set_radius(stage, estimate, RADII[0]);
     // Everything is computed anew in every frame.
-    stage.prepare(ShadingMode::Lao, stage.occlusion().pattern)?;
+    stage.prepare(ShadingMode::Lao, stage.rays().pattern)?;
     // In turn, so that whatever else the device is busy with slows all of them down.
     let turns = RADII.len() as u32;
     let times = stage.time(turns * (options.warmup + options.frames), |stage, frame| {

@@ -13,7 +13,7 @@ use bevy_contextual_ao::{
 use contextual_ao_kit::mode::ShadingMode;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use contextual_ao_kit::small_scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+use contextual_ao_kit::small_scene::{FEW_RAYS, TestScene, folded_volume, opaque_ramp, translucent_ramp};
 
 /// What is computed.
 struct Setup {
@@ -23,16 +23,18 @@ struct Setup {
 
 fn setups() -> Vec<Setup> {
     use OcclusionMethod::{Direct, Filtering, Progressive, Rays, ScreenSpace, Sweeping};
-    let setup = |name, method| Setup { name, occlusion: AmbientOcclusion { method, ..few_rays() } };
+    let setup = |name, method| Setup { name, occlusion: AmbientOcclusion::by(method) };
     let sweeping =
         |surface, geometry_term| Sweeping(OcclusionSweeping { surface, geometry_term, ..default() });
     let filtering =
         |estimate, modulation| Filtering(OcclusionFiltering { estimate, modulation, ..default() });
     let opacity = SweepingSurface::Opacity;
+    let few = ProgressiveRays { rays: FEW_RAYS, ..default() };
+    let kept = ProgressiveRays { rays_per_frame: 3, kept_on_change: 0.5, ..few };
     let mut all = vec![
-        setup("rays", Rays),
-        setup("progressive", Progressive(default())),
-        setup("progressive_kept", Progressive(ProgressiveRays { rays_per_frame: 3, kept_on_change: 0.5 })),
+        setup("rays", Rays(FEW_RAYS)),
+        setup("progressive", Progressive(few)),
+        setup("progressive_kept", Progressive(kept)),
         setup("sweeping", Sweeping(default())),
         setup("sweeping_cosine", sweeping(opacity, GeometryTerm::Cosine)),
         setup("sweeping_both_sides", sweeping(opacity, GeometryTerm::BothSides)),
@@ -45,9 +47,9 @@ fn setups() -> Vec<Setup> {
         setup("screen_space", ScreenSpace(default())),
         setup("direct", Direct(default())),
     ];
-    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..few_rays() };
-    all.push(Setup { name: "rays_half", occlusion: half });
-    let sky = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..few_rays() };
+    let half = OcclusionRays { resolution: OcclusionResolution::Half, ..FEW_RAYS };
+    all.push(setup("rays_half", Rays(half)));
+    let sky = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..AmbientOcclusion::by(FEW_RAYS) };
     all.push(Setup { name: "rays_sky", occlusion: sky.clone() });
     all.push(Setup {
         name: "sweeping_sky",

@@ -4,7 +4,6 @@ use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
     prelude::*,
-    volume::VolumeGeometry,
 };
 use contextual_ao_kit::mode::ShadingMode;
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, RGBColor};
@@ -51,11 +50,10 @@ fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusio
         let sweeping = OcclusionSweeping { surface, geometry_term, opacity, ..default() };
         AmbientOcclusion { method: OcclusionMethod::Sweeping(sweeping), sky, ..default() }
     };
-    let to_grid = VolumeGeometry::of(&parts.volume).local_from_voxel.matrix3.inverse().as_mat3();
-    let above = Sky::above(to_grid * Vec3::Y);
+    let above = Sky::above(Vec3::Y);
     // From above, and from one side of the viewer.
     let light = Quat::from_rotation_y(0.8) * parts.camera.with_y(parts.camera.length());
-    let octant = (to_grid * light).cmpgt(Vec3::ZERO).bitmask() as usize;
+    let octant = light.cmpgt(Vec3::ZERO).bitmask() as usize;
     Ok([
         ("isosurface, swept", swept(default(), GeometryTerm::Cosine, 1.0)),
         ("cloudy sky", swept(above, GeometryTerm::Cosine, 1.0)),
@@ -78,12 +76,10 @@ fn picture(
     let mut frames = 2;
     if let (Some(mut occlusion), Some(settings)) = (world.get_mut::<AmbientOcclusion>(scene.volume), settings)
     {
-        occlusion.method = settings.method.clone();
-        occlusion.resolution = settings.resolution;
-        occlusion.sky = settings.sky;
-        if let OcclusionMethod::Progressive(_) = settings.method {
+        *occlusion = settings.clone();
+        if let OcclusionMethod::Progressive(progressive) = settings.method {
             // Some of its rays: how it looks on the way.
-            frames = occlusion.pattern.rays() / 4;
+            frames = progressive.rays.pattern.rays() / 4;
         }
     }
     headless.set_mode(scene.volume, mode);

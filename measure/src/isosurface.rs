@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let surface = SweepingSurface::Isosurface(isovalue.unwrap_or_default());
         let sweeping = OcclusionMethod::Sweeping(OcclusionSweeping { surface, ..default() });
         let mut stage = Stage::new(parts, options.image_size());
-        let function = drawing_ms(&mut stage, &OcclusionMethod::Rays, true, options)?;
+        let function = drawing_ms(&mut stage, &default(), true, options)?;
         let stepping = drawing_ms(&mut stage, &sweeping, false, options)?;
         let image = stage.image();
         let leaping = drawing_ms(&mut stage, &sweeping, true, options)?;

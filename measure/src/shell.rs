@@ -35,12 +35,11 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
         volume: shell_volume(size, spacing_mm).map_err(|error| error.to_string())?,
         transfer_function: Some(function),
         budget: default(),
-        occlusion: AmbientOcclusion {
+        occlusion: AmbientOcclusion::by(OcclusionRays {
             pattern: RayPattern::Fibonacci(26),
-            steps: 20,
             step_mm: Some(spacing_mm),
             ..default()
-        },
+        }),
         shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
         carvers: Vec::new(),
         camera: Vec3::new(132.0, 88.0, 198.0),
@@ -77,7 +76,7 @@ pub fn growth(options: &Options) -> Result<(), String> {
     let mut last: Option<(u64, FrameTimes)> = None;
     for size in [64, 128, 256, 512].into_iter().filter(|size| *size <= options.most) {
         let mut stage = growing(size)?;
-        let pattern = stage.occlusion().pattern;
+        let pattern = stage.rays().pattern;
         stage.prepare(ShadingMode::Cao, pattern)?;
         let times = stage.medians(options.warmup, options.frames, Stage::carve);
         let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
@@ -109,7 +108,7 @@ pub fn peer(options: &Options) -> Result<(), String> {
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
     let mut stage = Stage::new(parts, UVec2::splat(512));
     stage.set_optimizations(options.scene.optimizations()?);
-    let pattern = stage.occlusion().pattern;
+    let pattern = stage.rays().pattern;
     for mode in [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao] {
         stage.prepare(mode, pattern)?;
         let change = |stage: &mut Stage, frame: u32| {

@@ -25,6 +25,8 @@ pub struct Stage {
     pub scene: Scene,
     /// Where the first carver was spawned.
     start: Transform,
+    /// The rays that were last cast; those of the scene before.
+    rays: OcclusionRays,
 }
 
 /// How far a carver moves away before it turns back, steps.
@@ -41,10 +43,11 @@ impl Stage {
     pub fn new(parts: SceneParts, size: UVec2) -> Self {
         static DEVICE_TOLD: Once = Once::new();
         let mut headless = Headless::new(size, |_| {});
+        let rays = parts.occlusion.method.rays().copied().unwrap_or_default();
         let scene = parts.spawn(&mut headless);
         let world = headless.app.world();
         let start = scene.carvers.first().and_then(|carver| world.get(*carver).copied()).unwrap_or_default();
-        let stage = Self { headless, scene, start };
+        let stage = Self { headless, scene, start, rays };
         let adapter = stage.adapter();
         DEVICE_TOLD.call_once(|| eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info));
         stage
@@ -64,15 +67,19 @@ impl Stage {
         self.headless.app.world().get::<AmbientOcclusion>(self.scene.volume).cloned().unwrap_or_default()
     }
 
+    /// The rays that were last cast; those of the scene before.
+    pub fn rays(&self) -> OcclusionRays {
+        self.rays
+    }
+
     /// The samples of a dense LAO: all rays of all voxels, at full length.
     pub fn dense_samples(&self) -> u64 {
-        let occlusion = self.occlusion();
-        self.scene.voxels * u64::from(occlusion.pattern.rays()) * u64::from(occlusion.steps)
+        self.scene.voxels * u64::from(self.rays.pattern.rays()) * u64::from(self.rays.steps)
     }
 
     /// Prints figures as a line of JSON, with what they are of.
     pub fn print(&self, figures: Value) {
-        let AmbientOcclusion { pattern, steps, .. } = self.occlusion();
+        let OcclusionRays { pattern, steps, .. } = self.rays;
         let of = json!({
             "scene": self.scene.name,
             "voxels": self.scene.voxels,
@@ -97,7 +104,10 @@ impl Stage {
     /// Changes how the volume is shaded and runs frames until all is there that does not change from
     /// frame to frame.
     pub fn prepare(&mut self, mode: ShadingMode, pattern: RayPattern) -> Result<(), String> {
-        let occlusion = AmbientOcclusion { pattern, ..self.occlusion() };
+        let mut occlusion = self.occlusion();
+        if let Some(rays) = occlusion.method.rays_mut() {
+            rays.pattern = pattern;
+        }
         self.prepare_with(mode, occlusion)
     }
 
@@ -106,6 +116,7 @@ impl Stage {
         // What recomputes everything in every frame has nothing to get ready.
         self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
         let volume = self.scene.volume;
+        self.rays = occlusion.method.rays().copied().unwrap_or(self.rays);
         self.world().entity_mut(volume).insert(occlusion);
         self.headless.until_ready(self.scene.volume)?;
         self.set_mode(mode);

@@ -59,7 +59,7 @@ fn measure(voxels: UVec3, paper: [f64; 3], options: &Options) -> Result<(), Stri
             occlusion.method = OcclusionMethod::Sweeping(sweeping);
         }
         // Everything is swept in every frame.
-        let pattern = stage.occlusion().pattern;
+        let pattern = stage.rays().pattern;
         stage.prepare(ShadingMode::Lao, pattern)?;
         let times = stage.medians(options.warmup, options.frames, |_, _| {});
         Ok::<_, String>(times.of(OcclusionSweeping::SPAN) / 1e3)

@@ -120,7 +120,7 @@ fn measure(
         name: stage.scene.name.clone(),
         beside,
         dimensions: stage.scene.geometry.dimensions,
-        steps: stage.occlusion().steps,
+        steps: stage.rays().steps,
         recast_percent: [published, ours].map(|recast| 100.0 * ratio(recast, voxels)),
         by_rays: by_rays.into_iter().collect::<Result<_, String>>()?,
     })

@@ -36,7 +36,7 @@ pub fn run(options: &Options) -> Result<(), String> {
 /// Dense LAO and CAO, both without any optimization, a carver at its place: so CAO casts what is within its
 /// reach there, as published, and not also what was in its last place.
 pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], String> {
-    let pattern = stage.occlusion().pattern;
+    let pattern = stage.rays().pattern;
     stage.prepare(ShadingMode::Solid, pattern)?;
     stage.set_optimizations(Optimizations::NONE);
     stage.set_mode(ShadingMode::Lao);
@@ -50,7 +50,7 @@ pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], Stri
 
 /// CAO with all optimizations, a voxel of motion per frame.
 pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> {
-    stage.prepare(ShadingMode::Cao, stage.occlusion().pattern)?;
+    stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
     Ok(stage.medians(options.warmup, options.frames, Stage::carve))
 }
 

@@ -3,21 +3,18 @@
 use bevy::prelude::*;
 use core::any::Any;
 
-use super::{
-    CustomMethod, MethodKind, MethodSettings, OcclusionFallback, ProgressiveRays, progressive::Rays,
-};
+use super::{CustomMethod, MethodKind, MethodSettings, OcclusionFallback, OcclusionRays, ProgressiveRays};
 #[cfg(feature = "other_methods")]
 use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
 
 /// The systems of the papers. All see what carvers leave of a volume; `docs/methods.md` says what each is good for
 /// and where it fails.
-#[derive(Reflect, Clone, Debug, Default, PartialEq)]
+#[derive(Reflect, Clone, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum OcclusionMethod {
     /// Rays around every voxel: local ambient occlusion, of which only what changed is recomputed. Exact.
-    #[default]
-    Rays,
+    Rays(OcclusionRays),
     /// The same rays, a few in every frame: lags behind.
     Progressive(ProgressiveRays),
     /// Fast occlusion sweeping: light seeps through the whole volume, along the diagonals of the grid.
@@ -36,13 +33,44 @@ pub enum OcclusionMethod {
     Custom(CustomMethod),
 }
 
+impl Default for OcclusionMethod {
+    fn default() -> Self {
+        Self::Rays(default())
+    }
+}
+
+/// Settings of a method stand for it.
+macro_rules! from_settings {
+    ($($(#[$feature:meta])? $variant:ident($settings:ty);)*) => {
+        $($(#[$feature])? impl From<$settings> for OcclusionMethod {
+            fn from(settings: $settings) -> Self {
+                Self::$variant(settings)
+            }
+        })*
+    };
+}
+
+from_settings! {
+    Rays(OcclusionRays);
+    Progressive(ProgressiveRays);
+    #[cfg(feature = "other_methods")]
+    Sweeping(OcclusionSweeping);
+    #[cfg(feature = "other_methods")]
+    Filtering(OcclusionFiltering);
+    #[cfg(feature = "other_methods")]
+    ScreenSpace(ScreenSpaceOcclusion);
+    #[cfg(feature = "other_methods")]
+    Direct(DirectOcclusion);
+    Custom(CustomMethod);
+}
+
 impl OcclusionMethod {
     const COUNT: usize = if cfg!(feature = "other_methods") { 6 } else { 2 };
 
     /// The methods of this crate with their default settings, in the order of a menu.
     pub fn all() -> [Self; Self::COUNT] {
         [
-            Self::Rays,
+            Self::Rays(default()),
             Self::Progressive(default()),
             #[cfg(feature = "other_methods")]
             Self::Sweeping(default()),
@@ -63,7 +91,7 @@ impl OcclusionMethod {
     /// What is known of it before it runs.
     pub fn settings(&self) -> &dyn MethodSettings {
         match self {
-            Self::Rays => &Rays,
+            Self::Rays(settings) => settings,
             Self::Progressive(settings) => settings,
             #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => settings,
@@ -83,6 +111,22 @@ impl OcclusionMethod {
         settings.downcast_ref()
     }
 
+    /// The rays that are cast, all at once or a few in every frame.
+    pub fn rays(&self) -> Option<&OcclusionRays> {
+        match self {
+            Self::Rays(rays) | Self::Progressive(ProgressiveRays { rays, .. }) => Some(rays),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn rays_mut(&mut self) -> Option<&mut OcclusionRays> {
+        match self {
+            Self::Rays(rays) | Self::Progressive(ProgressiveRays { rays, .. }) => Some(rays),
+            _ => None,
+        }
+    }
+
     /// The name used on command lines and in tables.
     pub fn name(&self) -> &'static str {
         self.settings().name()
@@ -96,6 +140,7 @@ impl OcclusionMethod {
     /// These settings within what can be computed, and equal to themselves.
     pub(crate) fn clamped(&self) -> Self {
         match self {
+            Self::Rays(settings) => Self::Rays(settings.clamped()),
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
             #[cfg(feature = "other_methods")]
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
@@ -105,14 +150,16 @@ impl OcclusionMethod {
             Self::ScreenSpace(settings) => Self::ScreenSpace(settings.clamped()),
             #[cfg(feature = "other_methods")]
             Self::Direct(settings) => Self::Direct(settings.clamped()),
-            Self::Rays | Self::Custom(_) => self.clone(),
+            Self::Custom(_) => self.clone(),
         }
     }
 
     /// What is computed where it does not fit; `None` if nothing is.
     pub(super) fn instead(&self) -> Option<(Self, OcclusionFallback)> {
         match self {
-            Self::Progressive(_) => Some((Self::Rays, OcclusionFallback::AllRaysAtOnce)),
+            Self::Progressive(settings) => {
+                Some((Self::Rays(settings.rays), OcclusionFallback::AllRaysAtOnce))
+            }
             #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => {
                 let settings = settings.without_geometry_term()?;

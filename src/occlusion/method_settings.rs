@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use core::{any::Any, fmt::Debug};
 
-use super::OcclusionTexels;
+use super::{OcclusionTexels, lengths::length_mm};
+use crate::volume::VolumeGeometry;
 
 /// Settings of an occlusion method.
 ///
@@ -27,6 +28,18 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
     /// What drawing has to know of it.
     fn drawing(&self) -> MethodDrawing {
         default()
+    }
+
+    /// The way, mm, whose opacity stands for a voxel's where the method reads it; a voxel of the smallest spacing.
+    fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        length_mm(None, 1.0, geometry)
+    }
+
+    /// How far from a voxel's middle, mm, its factor samples others. Of [`MethodKind::StaleVoxels`] alone: the others
+    /// compute all voxels.
+    fn sampled_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        let _ = geometry;
+        0.0
     }
 }
 

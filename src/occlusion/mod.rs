@@ -11,8 +11,10 @@ mod fit;
 mod lengths;
 mod method;
 mod method_settings;
+mod octants;
 mod optimizations;
 mod progressive;
+mod rays;
 #[cfg(feature = "other_methods")]
 mod screen_space;
 mod settings;
@@ -36,9 +38,10 @@ pub use method::OcclusionMethod;
 pub use method_settings::{MethodBytes, MethodDrawing, MethodKind, MethodSettings};
 pub use optimizations::Optimizations;
 pub use progressive::ProgressiveRays;
+pub use rays::{OcclusionRays, OcclusionResolution};
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
-pub use settings::{AmbientOcclusion, OcclusionResolution, Recompute};
+pub use settings::{AmbientOcclusion, Recompute};
 pub use shading::{VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;

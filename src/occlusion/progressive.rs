@@ -1,15 +1,17 @@
-//! The settings of progressive local ambient occlusion (Hernell et al. 2007, as described in the CAO paper), and
-//! of rays that are cast all at once, which have none of their own.
+//! The settings of progressive local ambient occlusion (Hernell et al. 2007, as described in the CAO paper).
 
 use bevy::prelude::*;
 
-use super::{MethodBytes, MethodKind, MethodSettings};
+use super::{MethodBytes, MethodDrawing, MethodKind, MethodSettings, OcclusionRays};
+use crate::volume::VolumeGeometry;
 
 /// Local ambient occlusion, some of its rays in every frame. After a change all rays of the pattern have been
 /// cast when as many frames have passed as it takes; until then what is shown is noisy, or old.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ProgressiveRays {
+    /// The rays that are cast when all frames have passed.
+    pub rays: OcclusionRays,
     /// Rays of every voxel in a frame, at least 1. More cost proportionally more time and lag fewer frames.
     pub rays_per_frame: u32,
     /// How much of what was found before counts after a change, 0 to 1. 0 starts anew, which flickers; more is
@@ -21,13 +23,17 @@ impl ProgressiveRays {
     /// These settings within what can be computed.
     pub(super) fn clamped(self) -> Self {
         let kept = if self.kept_on_change.is_finite() { self.kept_on_change } else { 0.0 };
-        Self { rays_per_frame: self.rays_per_frame.max(1), kept_on_change: kept.clamp(0.0, 0.99) }
+        Self {
+            rays: self.rays.clamped(),
+            rays_per_frame: self.rays_per_frame.max(1),
+            kept_on_change: kept.clamp(0.0, 0.99),
+        }
     }
 }
 
 impl Default for ProgressiveRays {
     fn default() -> Self {
-        Self { rays_per_frame: 1, kept_on_change: 0.0 }
+        Self { rays: default(), rays_per_frame: 1, kept_on_change: 0.0 }
     }
 }
 
@@ -37,25 +43,23 @@ impl MethodSettings for ProgressiveRays {
     }
 
     fn kind(&self) -> MethodKind {
-        MethodKind::StaleVoxels
+        self.rays.kind()
     }
 
     /// A sum for every voxel.
     fn bytes(&self, dimensions: UVec3) -> MethodBytes {
         MethodBytes::of_buffers(&[4 * dimensions.as_u64vec3().element_product()])
     }
-}
 
-/// All rays at once.
-#[derive(Debug)]
-pub(super) struct Rays;
-
-impl MethodSettings for Rays {
-    fn name(&self) -> &'static str {
-        "rays"
+    fn drawing(&self) -> MethodDrawing {
+        self.rays.drawing()
     }
 
-    fn kind(&self) -> MethodKind {
-        MethodKind::StaleVoxels
+    fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        self.rays.step_length_mm(geometry)
+    }
+
+    fn sampled_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        self.rays.sampled_mm(geometry)
     }
 }

@@ -2,12 +2,16 @@
 
 use bevy::{math::DVec3, prelude::*};
 
+use super::octants::{octant_center, octant_shares};
+use crate::volume::VolumeGeometry;
+
 /// How much light comes from each octant of directions: the optional weights w_k of the CAO paper (section
 /// 3.5, equation 3), and the chosen octants of occlusion sweeping (Singh et al., section 3 and figure 7).
 ///
-/// Octants are those of the grid's axes, not of the world's: bit `a` of an octant's number is set where
-/// directions go to larger indices along axis `a`. Only the weights' ratios count. All alike, the default,
-/// is an overcast sky on all sides; rays of weight 0 are not cast.
+/// Octants are those of volume space ([`VolumeGeometry`]): bit 0 of an octant's number is set on the side of +x, bit 1
+/// on that of +y, bit 2 on that of +z. The sky turns with the volume. Only the weights' ratios count. All alike, the
+/// default, is an overcast sky on all sides; rays of weight 0 are not cast. Sweeping goes along the axes of the grid:
+/// where they are not those of volume space, it takes for a grid's octant the mean over its directions.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct Sky(pub [f32; 8]);
@@ -26,8 +30,8 @@ impl Sky {
         Self(weights)
     }
 
-    /// Light from the four octants, more or fewer, that lie in a direction (along the grid's axes): a cloudy
-    /// day, where it is upwards.
+    /// Light from the four octants, more or fewer, that lie in a direction of volume space: a cloudy day,
+    /// where it is upwards (+y).
     pub fn above(up: Vec3) -> Self {
         Self(core::array::from_fn(|octant| f32::from(octant_center(octant).dot(up.as_dvec3()) > 1e-3)))
     }
@@ -39,26 +43,33 @@ impl Sky {
         if mean > 0.0 { weights.map(|weight| weight / mean) } else { [1.0; 8] }
     }
 
-    /// The weight of a direction along the grid's axes; between octants the mean of theirs.
+    /// The weight of a direction, volume space; between octants the mean of theirs.
     pub(super) fn weight(&self, direction: DVec3) -> f64 {
         let weights = self.normalized();
-        let touches = |octant: &usize| {
-            let sides = octant_center(*octant) * direction;
-            sides.min_element() > -1e-9
-        };
-        let octants: Vec<_> = (0..8).filter(touches).collect();
-        octants.iter().map(|&octant| f64::from(weights[octant])).sum::<f64>() / octants.len().max(1) as f64
+        let touched = (0..8).filter(|&octant| (octant_center(octant) * direction).min_element() > -1e-9);
+        let (sum, count) = touched.fold((0.0, 0), |(sum, count), octant| (sum + weights[octant], count + 1));
+        f64::from(sum) / f64::from(count.max(1))
     }
-}
 
-/// The middle of an octant, not of unit length.
-fn octant_center(octant: usize) -> DVec3 {
-    DVec3::from_array([0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 }))
+    /// The weights of the octants of a grid's axes: bit `a` of an octant's number is set where directions go to larger
+    /// indices along axis `a`.
+    pub(crate) fn of_grid(&self, geometry: &VolumeGeometry) -> [f32; 8] {
+        let weights = self.normalized();
+        if *self == Self::default() {
+            return weights;
+        }
+        core::array::from_fn(|octant| {
+            let shares = octant_shares(geometry.local_from_voxel.matrix3, octant);
+            let weighted = shares.iter().zip(weights).map(|(share, weight)| share * f64::from(weight));
+            weighted.sum::<f64>() as f32
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::math::{DAffine3, DMat3};
 
     #[test]
     fn directions_have_the_weights_of_their_octants() {
@@ -68,6 +79,26 @@ mod tests {
         assert!((sky.weight(DVec3::Z) - 6.5 / 4.5).abs() < 1e-6);
         assert_eq!(Sky::above(Vec3::Y).0, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0]);
         assert_eq!(Sky::octant(3).normalized()[3], 8.0);
+    }
+
+    #[test]
+    fn the_sky_of_a_grid_is_that_of_volume_space() {
+        let sky = Sky([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        let grid = |axes| {
+            let local_from_voxel = DAffine3::from_mat3(axes);
+            let geometry =
+                VolumeGeometry { dimensions: UVec3::ONE, spacing_mm: DVec3::ONE, local_from_voxel };
+            sky.of_grid(&geometry).map(|weight| 4.5 * weight)
+        };
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
+        // Exactly, however the grid is stretched.
+        assert_eq!(grid(DMat3::from_cols(2.0 * x, y, 9.0 * z)), sky.0);
+        let turned = grid(DMat3::from_cols(-x, z, y));
+        assert_eq!(turned, [2.0, 1.0, 6.0, 5.0, 4.0, 3.0, 8.0, 7.0]);
+        // Half-way between two axes, an octant lies half in one and half in another.
+        let half = (x + y).normalize();
+        let turned = grid(DMat3::from_cols(half, half.cross(-z), z));
+        assert!((turned[7] - 0.5 * (7.0 + 8.0)).abs() < 1e-5, "{turned:?}");
     }
 
     #[test]

@@ -28,6 +28,14 @@ impl OcclusionTexels {
         }
     }
 
+    /// Voxels along each side of what a texel is of.
+    pub(crate) fn stride(self) -> u32 {
+        match self {
+            Self::HalfFactors => 2,
+            _ => 1,
+        }
+    }
+
     /// Whether a texel is one number, stored as opacities are; others are four bytes.
     pub(crate) fn is_scalar(self) -> bool {
         matches!(self, Self::Factors | Self::HalfFactors)

@@ -127,13 +127,9 @@ fn settings_out_of_range_are_brought_into_it() {
     scene.settle();
     let volume = scene.volume;
     for (steps, step_mm) in [(2, f32::NAN), (2, -3.0), (2, f32::INFINITY), (0, 1.0)] {
-        let settings = AmbientOcclusion {
-            pattern: RayPattern::Fibonacci(0),
-            steps,
-            step_mm: Some(step_mm),
-            ..default()
-        };
-        scene.world().entity_mut(volume).insert(settings);
+        let pattern = RayPattern::Fibonacci(0);
+        let rays = OcclusionRays { pattern, steps, step_mm: Some(step_mm), ..default() };
+        scene.world().entity_mut(volume).insert(AmbientOcclusion::by(rays));
         scene.settle();
         assert!(scene.occlusion().iter().any(Option::is_some), "{steps} steps of {step_mm} mm");
     }

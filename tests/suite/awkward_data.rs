@@ -60,8 +60,9 @@ fn volumes_of_every_kind_are_exact() {
 
 #[test]
 fn rays_of_every_kind_are_exact() {
-    let rays =
-        |pattern, steps, step_mm| AmbientOcclusion { pattern, steps, step_mm: Some(step_mm), ..default() };
+    let rays = |pattern, steps, step_mm| {
+        AmbientOcclusion::by(OcclusionRays { pattern, steps, step_mm: Some(step_mm), ..default() })
+    };
     for (name, occlusion) in [
         ("a reach larger than the volume", rays(RayPattern::Fibonacci(6), 60, 1.0)),
         ("steps longer than the volume", rays(RayPattern::Fibonacci(6), 3, 100.0)),

@@ -9,7 +9,7 @@ use bevy_contextual_ao::{
 };
 use contextual_ao_kit::mode::ShadingMode;
 
-use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp};
+use crate::scene::{FEW_RAYS, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, progressive_rays};
 use contextual_ao_kit::headless::{Headless, different_pixels};
 
 const SIZE: UVec3 = UVec3::new(40, 38, 36);
@@ -45,7 +45,7 @@ fn volume(is_wide: bool) -> Volume {
 }
 
 fn scene(is_wide: bool, method: OcclusionMethod) -> TestScene {
-    let occlusion = AmbientOcclusion { method, ..few_rays() };
+    let occlusion = AmbientOcclusion::by(method);
     let mut scene = TestScene::with(volume(is_wide), opaque_ramp(), occlusion, ShadingMode::Cao, listen);
     scene.set_clip(|clip| clip.depth_map_size = 64);
     scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
@@ -64,7 +64,7 @@ fn with_budget(scene: &mut TestScene, max_bytes: u64) -> (usize, u64) {
 
 /// What a scene of 8 bits takes, without anything that its occlusion keeps.
 fn bytes_of_rays() -> u64 {
-    with_budget(&mut scene(false, OcclusionMethod::Rays), 4 << 30).1
+    with_budget(&mut scene(false, FEW_RAYS.into()), 4 << 30).1
 }
 
 #[test]
@@ -76,14 +76,14 @@ fn the_budget_counts_what_is_allocated() {
         OcclusionMethod::Filtering(OcclusionFiltering { estimate, modulation, ..default() })
     };
     let methods = [
-        OcclusionMethod::Rays,
-        OcclusionMethod::Progressive(default()),
+        FEW_RAYS.into(),
+        progressive_rays(),
         sweeping(SweepingSurface::Opacity, GeometryTerm::None),
         sweeping(SweepingSurface::Isosurface(130.0), GeometryTerm::Cosine),
         filtering(DensityEstimate::Gaussian, OpacityModulation::None),
         filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
     ];
-    let wide = (true, OcclusionMethod::Rays);
+    let wide = (true, FEW_RAYS.into());
     for (is_wide, method) in methods.into_iter().map(|method| (false, method)).chain([wide]) {
         let mut scene = scene(is_wide, method.clone());
         let (told, bytes) = with_budget(&mut scene, 4 << 30);
@@ -104,7 +104,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
     let first = scene.volume;
     let world = scene.world();
     let data = world.get::<Volume3d>(first).expect("a volume").clone();
-    let occlusion = AmbientOcclusion { method, ..few_rays() };
+    let occlusion = AmbientOcclusion::by(method);
     let second = world.spawn((data, occlusion, Transform::from_xyz(0.0, 0.0, -5.0))).id();
     scene.headless.frames(8);
     let told = scene.world().resource::<Told>();
@@ -132,7 +132,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
 #[test]
 fn a_volume_that_was_refused_comes_when_another_goes() {
     let bytes = bytes_of_rays();
-    let mut scene = scene(false, OcclusionMethod::Rays);
+    let mut scene = scene(false, FEW_RAYS.into());
     scene.world().resource_mut::<VolumeBudget>().max_bytes = bytes;
     scene.settle();
     let image = scene.headless.image();
@@ -154,7 +154,7 @@ fn a_volume_that_was_refused_comes_when_another_goes() {
 #[test]
 fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let bytes = bytes_of_rays();
-    let mut scene = scene(false, OcclusionMethod::Rays);
+    let mut scene = scene(false, FEW_RAYS.into());
     scene.settle();
     let image = scene.headless.image();
     // The second fits beside the first only at half its size.
@@ -178,7 +178,7 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
 
 #[test]
 fn every_failure_is_told_once_with_its_reason() {
-    let mut scene = scene(false, OcclusionMethod::Rays);
+    let mut scene = scene(false, FEW_RAYS.into());
     scene.settle();
     let before = {
         scene.headless.frame();

@@ -6,7 +6,7 @@ use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     headless::different_pixels,
-    scene::{TestScene, few_rays, folded_volume, opaque_ramp},
+    scene::{FEW_RAYS, TestScene, folded_volume, opaque_ramp},
     toy_method::{Openness, OpennessMethod},
 };
 
@@ -14,7 +14,7 @@ const SIZE: UVec3 = UVec3::new(20, 18, 22);
 
 fn scene(method: OcclusionMethod, setup: impl FnOnce(&mut App)) -> TestScene {
     let volume = folded_volume(SIZE, DVec3::ONE);
-    let occlusion = AmbientOcclusion { method, ..few_rays() };
+    let occlusion = AmbientOcclusion::by(method);
     TestScene::with(volume, opaque_ramp(), occlusion, ShadingMode::Cao, setup)
 }
 
@@ -84,10 +84,10 @@ fn a_method_of_another_plugin_computes_what_is_drawn() {
     scene.headless.frame();
     check(&scene, 3);
     // And back to a method of this crate.
-    set(&mut scene, OcclusionMethod::Rays);
+    set(&mut scene, FEW_RAYS.into());
     scene.settle();
     let rays = scene.headless.image();
-    let mut only_rays = self::scene(OcclusionMethod::Rays, |_| {});
+    let mut only_rays = self::scene(FEW_RAYS.into(), |_| {});
     only_rays.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(3.0, 2.0, 6.0));
     only_rays.settle();
     assert_eq!(different_pixels(&rays, &only_rays.headless.image()), 0);

@@ -27,7 +27,7 @@ fn coarse() -> DirectOcclusion {
 }
 
 fn occlusion(settings: DirectOcclusion) -> AmbientOcclusion {
-    AmbientOcclusion { method: OcclusionMethod::Direct(settings), ..few_rays() }
+    AmbientOcclusion::by(settings)
 }
 
 fn scene(volume: Volume, function: TransferFunction, settings: DirectOcclusion) -> TestScene {

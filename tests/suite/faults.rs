@@ -23,7 +23,9 @@ use crate::{
     device,
     headless::Headless,
     needs,
-    scene::{IMAGE, TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp},
+    scene::{
+        IMAGE, TestScene, count_different, few_rays, folded_volume, is_empty, opaque_ramp, progressive_rays,
+    },
 };
 
 const SIZE: UVec3 = UVec3::new(24, 22, 20);
@@ -172,11 +174,11 @@ fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
         }
         scene.headless.image()
     };
-    let of = |method| AmbientOcclusion { method, ..few_rays() };
+    let of = |method| AmbientOcclusion::by(method);
     let rays = image(few_rays(), ShadingMode::Cao);
     assert!(!is_empty(&rays));
     // All rays at once, in the first frame.
-    assert!(image(of(OcclusionMethod::Progressive(default())), ShadingMode::Cao) == rays);
+    assert!(image(of(progressive_rays()), ShadingMode::Cao) == rays);
     let solid = image(few_rays(), ShadingMode::Solid);
     assert!(!is_empty(&solid) && solid != rays);
     let surface = SweepingSurface::Isosurface(130.0);

@@ -108,7 +108,7 @@ const TOLERANCE: f64 = 0.5 / 255.0 + 2e-4;
 
 /// A scene that filters, with a ball that carves if asked for.
 fn scene(volume: Volume, function: TransferFunction, carves: bool) -> TestScene {
-    let occlusion = AmbientOcclusion { step_mm: Some(1.0), ..default() };
+    let occlusion = AmbientOcclusion::default();
     let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
     if carves {
         // A voxel is clipped or not, so that opacities tell which.
@@ -331,7 +331,7 @@ fn filtering_follows_changes_and_rests() {
 
     scene.set_mode(ShadingMode::Cao);
     scene.world().despawn(carver);
-    set_method(&mut scene, OcclusionMethod::Rays);
+    set_method(&mut scene, default());
     scene.settle();
     scene.headless.frame();
     assert_eq!(scene.status().usage.buffers, before.buffers);

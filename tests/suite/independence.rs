@@ -5,7 +5,9 @@ use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 
-use crate::scene::{TestScene, count_different, few_rays, folded_volume, opaque_ramp, translucent_ramp};
+use crate::scene::{
+    FEW_RAYS, TestScene, count_different, few_rays, folded_volume, opaque_ramp, translucent_ramp,
+};
 
 fn scene() -> TestScene {
     let volume = folded_volume(UVec3::new(28, 25, 23), DVec3::ONE);
@@ -92,7 +94,7 @@ fn edits_and_moves_at_once_leave_no_trace() {
     let world = edited.world();
     let function = world.get::<VolumeTransferFunction>(volume).expect("the transfer function").clone();
     let _ = world.resource_mut::<Assets<TransferFunction>>().insert(&function.0, translucent_ramp());
-    world.entity_mut(volume).insert(AmbientOcclusion { steps: 9, ..few_rays() });
+    world.entity_mut(volume).insert(AmbientOcclusion::by(OcclusionRays { steps: 9, ..FEW_RAYS }));
     edited.set_mode(ShadingMode::PhongCao);
     edited.move_carver(moving, pose);
     edited.headless.frame();

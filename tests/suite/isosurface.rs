@@ -23,7 +23,7 @@ const ISOVALUE: f32 = 127.5;
 fn isosurface(geometry_term: GeometryTerm) -> AmbientOcclusion {
     let surface = SweepingSurface::Isosurface(ISOVALUE);
     let sweeping = OcclusionSweeping { surface, geometry_term, ..default() };
-    AmbientOcclusion { method: OcclusionMethod::Sweeping(sweeping), ..default() }
+    AmbientOcclusion::by(sweeping)
 }
 
 fn set_occlusion(scene: &mut TestScene, occlusion: AmbientOcclusion) {
@@ -303,7 +303,7 @@ fn an_edit_of_the_transfer_function_sweeps_nothing() {
     assert_eq!(scene.status().passes.jobs(OcclusionSweeping::SPAN), swept);
     // Opacities do depend on it.
     let sweeping = OcclusionMethod::Sweeping(default());
-    set_occlusion(&mut scene, AmbientOcclusion { method: sweeping, ..default() });
+    set_occlusion(&mut scene, AmbientOcclusion::by(sweeping));
     scene.settle();
     scene.headless.frames(2);
     let swept = scene.status().passes.jobs(OcclusionSweeping::SPAN);

@@ -109,7 +109,7 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
         let blur = tonemapping != Tonemapping::None;
         let screen_space = ScreenSpaceOcclusion { blur, ..default() };
         for method in [OcclusionMethod::ScreenSpace(screen_space), OcclusionMethod::Direct(default())] {
-            scene.world().entity_mut(volume).insert(AmbientOcclusion { method, ..few_rays() });
+            scene.world().entity_mut(volume).insert(AmbientOcclusion::by(method));
             scene.headless.frames(3);
         }
     }

@@ -8,7 +8,7 @@ use contextual_ao_kit::mode::ShadingMode;
 
 use crate::needs;
 use crate::scene::{
-    TestScene, count_different, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp,
+    FEW_RAYS, TestScene, count_different, few_rays, folded_volume, in_world_units, is_empty, opaque_ramp,
     translucent_ramp,
 };
 
@@ -74,7 +74,7 @@ fn optimizations_save_samples() {
     }
     let published = work_of_a_carve(Optimizations::NONE);
     let all = work_of_a_carve(Optimizations::default());
-    let steps_and_rays = u64::from(few_rays().steps * few_rays().pattern.rays());
+    let steps_and_rays = u64::from(FEW_RAYS.steps * FEW_RAYS.pattern.rays());
     assert_eq!(published.samples, published.voxels * steps_and_rays, "the published rays are full");
     assert!(all.voxels > 0 && 2 * all.voxels < published.voxels, "{all:?} of {published:?}");
     assert!(3 * all.samples < published.samples, "{all:?} of {published:?}");
@@ -121,10 +121,10 @@ fn a_carve_leaves_nothing_uncast_that_is_seen() {
     // Another volume with a longer reach: the maps of carvers are made for that.
     let volume = scene.volume;
     let world = scene.world();
-    world.entity_mut(volume).insert(AmbientOcclusion { steps: 1, ..few_rays() });
+    world.entity_mut(volume).insert(AmbientOcclusion::by(OcclusionRays { steps: 1, ..FEW_RAYS }));
     let data = world.resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
     let mut other = VolumeBundle::new(data);
-    other.occlusion = AmbientOcclusion { steps: 20, ..few_rays() };
+    other.occlusion = AmbientOcclusion::by(OcclusionRays { steps: 20, ..FEW_RAYS });
     other.transform.translation.x = 0.1;
     world.spawn(other);
     let at = |x| Transform::from_xyz(x, 15.0, 13.0);

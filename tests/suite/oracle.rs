@@ -45,9 +45,10 @@ impl Oracle {
     fn ambient(&self, voxel: DVec3, occlusion: &AmbientOcclusion) -> f64 {
         let voxel_from_local = DMat4::from(self.geometry.local_from_voxel).inverse();
         let start = self.geometry.spacing_mm.length();
-        let steps = occlusion.steps;
-        let step_mm = occlusion.step_length_mm(&self.geometry);
-        let rays = occlusion.rays(&self.geometry);
+        let settings = occlusion.method.rays().expect("rays");
+        let steps = settings.steps;
+        let step_mm = settings.step_length_mm(&self.geometry);
+        let rays = settings.directions(&occlusion.sky);
         rays.iter()
             .map(|ray| {
                 let direction = voxel_from_local.transform_vector3(ray.direction);
@@ -90,7 +91,8 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
         Oracle { dimensions, opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(), geometry };
     let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
     // At half resolution what is cast is the middle of 2x2x2 voxels.
-    let stride = if occlusion.resolution == OcclusionResolution::Half { 2 } else { 1 };
+    let rays = occlusion.method.rays().expect("rays");
+    let stride = if rays.resolution == OcclusionResolution::Half { 2 } else { 1 };
     let texels = (dimensions + (stride - 1)) / stride;
     assert_eq!(found.len(), texels.element_product() as usize);
     let (mut largest, mut squares) = (0f64, 0.0);
@@ -101,10 +103,7 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
         squares += error * error;
     }
     let rms = (squares / found.len() as f64).sqrt();
-    println!(
-        "{dimensions} {} steps {}: largest {largest:.5}, rms {rms:.5}",
-        occlusion.pattern, occlusion.steps
-    );
+    println!("{dimensions} {} steps {}: largest {largest:.5}, rms {rms:.5}", rays.pattern, rays.steps);
     // A byte is rounded by up to half of 1/255. The filter's weights have 8 fractional bits, so a
     // sample is off by up to 3/512 of the differences between its 8 neighbours; these errors have
     // either sign and mostly cancel over the samples of all rays. Together at most 1.5 bytes.
@@ -123,16 +122,18 @@ fn lao_is_as_defined_for_all_patterns() {
         RayPattern::Fibonacci(17),
     ];
     for pattern in patterns {
-        let occlusion = AmbientOcclusion { pattern, steps: 9, step_mm: Some(1.0), ..default() };
+        let occlusion =
+            AmbientOcclusion::by(OcclusionRays { pattern, steps: 9, step_mm: Some(1.0), ..default() });
         check(UVec3::new(15, 13, 10), DVec3::ONE, opaque_ramp(), occlusion);
     }
 }
 
 #[test]
 fn lao_is_as_defined_for_anisotropic_spacing_and_long_steps() {
-    let occlusion =
-        AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 6, step_mm: Some(1.7), ..default() };
-    check(UVec3::new(18, 11, 7), DVec3::new(0.7, 1.1, 2.5), translucent_ramp(), occlusion);
+    let pattern = RayPattern::Fibonacci(26);
+    let rays = OcclusionRays { pattern, steps: 6, step_mm: Some(1.7), ..default() };
+    let spacing = DVec3::new(0.7, 1.1, 2.5);
+    check(UVec3::new(18, 11, 7), spacing, translucent_ramp(), AmbientOcclusion::by(rays));
 }
 
 #[test]
@@ -141,21 +142,22 @@ fn lao_is_as_defined_for_512_rays_no_steps_and_one_ray() {
     for (pattern, steps) in
         [(RayPattern::Sphere512, 5), (RayPattern::Fibonacci(3), 0), (RayPattern::Fibonacci(1), 4)]
     {
-        let occlusion = AmbientOcclusion { pattern, steps, step_mm: Some(1.0), ..default() };
+        let occlusion =
+            AmbientOcclusion::by(OcclusionRays { pattern, steps, step_mm: Some(1.0), ..default() });
         check(size, DVec3::ONE, translucent_ramp(), occlusion);
     }
 }
 
 #[test]
 fn lao_is_as_defined_at_half_resolution_and_under_a_cloudy_sky() {
-    let rays = AmbientOcclusion { pattern: RayPattern::Fibonacci(26), steps: 7, ..default() };
-    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..rays.clone() };
+    let rays = OcclusionRays { pattern: RayPattern::Fibonacci(26), steps: 7, ..default() };
+    let half = AmbientOcclusion::by(OcclusionRays { resolution: OcclusionResolution::Half, ..rays });
     check(UVec3::new(15, 12, 9), DVec3::ONE, opaque_ramp(), half.clone());
     check(UVec3::new(9, 12, 15), DVec3::new(1.2, 0.8, 1.0), translucent_ramp(), half);
-    let cloudy = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..rays.clone() };
-    let geometry = VolumeGeometry::of(&folded_volume(UVec3::splat(4), DVec3::ONE));
-    assert!(cloudy.rays(&geometry).len() <= rays.rays(&geometry).len() / 2 + 2, "no light, no rays");
-    check(UVec3::new(13, 12, 11), DVec3::ONE, opaque_ramp(), cloudy);
+    let above = Sky::above(Vec3::Y);
+    assert!(rays.directions(&above).len() <= rays.pattern.directions().len() / 2 + 2, "no light, no rays");
+    let under = |sky| AmbientOcclusion { sky, ..AmbientOcclusion::by(rays) };
+    check(UVec3::new(13, 12, 11), DVec3::ONE, opaque_ramp(), under(above));
     let uneven = Sky([0.0, 1.0, 2.0, 0.5, 0.0, 3.0, 1.0, 0.0]);
-    check(UVec3::new(8, 9, 10), DVec3::ONE, translucent_ramp(), AmbientOcclusion { sky: uneven, ..rays });
+    check(UVec3::new(8, 9, 10), DVec3::ONE, translucent_ramp(), under(uneven));
 }

@@ -6,7 +6,7 @@ use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::different_pixels;
 use crate::needs;
-use crate::scene::{TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
+use crate::scene::{FEW_RAYS, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
 
 fn scene(function: TransferFunction, occlusion: AmbientOcclusion) -> (TestScene, Entity) {
     let volume = folded_volume(UVec3::new(31, 29, 26), DVec3::new(1.0, 1.1, 0.9));
@@ -26,7 +26,7 @@ fn image_as_lao(scene: &mut TestScene) -> Vec<u8> {
 
 #[test]
 fn half_resolution_and_skies_are_exact_too() {
-    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..few_rays() };
+    let half = AmbientOcclusion::by(OcclusionRays { resolution: OcclusionResolution::Half, ..FEW_RAYS });
     let cloudy = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..few_rays() };
     for (name, occlusion) in [("half", half), ("cloudy", cloudy)] {
         for function in [opaque_ramp(), translucent_ramp()] {
@@ -55,7 +55,8 @@ fn carving_at_half_resolution_casts_fewer_voxels() {
         return;
     }
     let work = |resolution| {
-        let (mut scene, carver) = scene(opaque_ramp(), AmbientOcclusion { resolution, ..few_rays() });
+        let rays = OcclusionRays { resolution, ..FEW_RAYS };
+        let (mut scene, carver) = scene(opaque_ramp(), AmbientOcclusion::by(rays));
         scene.move_carver(carver, Transform::from_xyz(4.0, 6.0, 7.0));
         scene.headless.count_work(scene.volume).voxels
     };
@@ -64,8 +65,7 @@ fn carving_at_half_resolution_casts_fewer_voxels() {
 }
 
 fn progressive(rays_per_frame: u32, kept_on_change: f32) -> AmbientOcclusion {
-    let settings = ProgressiveRays { rays_per_frame, kept_on_change };
-    AmbientOcclusion { method: OcclusionMethod::Progressive(settings), ..few_rays() }
+    AmbientOcclusion::by(ProgressiveRays { rays: FEW_RAYS, rays_per_frame, kept_on_change })
 }
 
 /// Largest difference between two images, bytes.

@@ -43,7 +43,7 @@ fn volume_of(blocks: &[Block]) -> Volume {
 
 fn scene(volume: Volume, settings: ScreenSpaceOcclusion) -> TestScene {
     let white = TransferFunction::ramp(100.0, 160.0, 1.0, [1.0; 3]).expect("a valid ramp");
-    let occlusion = AmbientOcclusion { method: OcclusionMethod::ScreenSpace(settings), ..default() };
+    let occlusion = AmbientOcclusion::by(settings);
     let mut scene = TestScene::with(volume, white, occlusion, ShadingMode::Cao, |app| {
         app.insert_resource(ClearColor(Color::BLACK));
     });
@@ -235,7 +235,7 @@ fn nothing_is_done_where_it_is_off() {
         let (image, ran) = frames(&mut scene);
         assert_eq!(ran, 0, "{}", mode.name());
         assert!(image != shaded, "{} is shaded", mode.name());
-        method(&mut scene, OcclusionMethod::Rays);
+        method(&mut scene, default());
         assert!(image == frames(&mut scene).0, "{} depends on the method", mode.name());
     }
     // Modes with light are darkened too, and LAO is the same.

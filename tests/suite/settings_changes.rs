@@ -10,7 +10,9 @@ use bevy_contextual_ao::{
 use contextual_ao_kit::mode::ShadingMode;
 use std::time::{Duration, Instant};
 
-use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp};
+use crate::scene::{
+    FEW_RAYS, IMAGE, TestScene, few_rays, folded_volume, is_empty, opaque_ramp, translucent_ramp,
+};
 use contextual_ao_kit::headless::{Headless, different_pixels};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
@@ -25,10 +27,6 @@ fn scene() -> TestScene {
     scene
 }
 
-fn by(method: OcclusionMethod) -> AmbientOcclusion {
-    AmbientOcclusion { method, ..few_rays() }
-}
-
 /// The images of the next frames.
 fn next_images(scene: &mut TestScene, frames: u32) -> Vec<Vec<u8>> {
     let image = |_| {
@@ -40,10 +38,9 @@ fn next_images(scene: &mut TestScene, frames: u32) -> Vec<Vec<u8>> {
 
 #[test]
 fn no_change_of_settings_shows_an_empty_frame() {
-    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..few_rays() };
-    let sweep =
-        |geometry_term| by(OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, ..default() }));
-    let filter = |modulation| by(OcclusionMethod::Filtering(OcclusionFiltering { modulation, ..default() }));
+    let half = AmbientOcclusion::by(OcclusionRays { resolution: OcclusionResolution::Half, ..FEW_RAYS });
+    let sweep = |geometry_term| AmbientOcclusion::by(OcclusionSweeping { geometry_term, ..default() });
+    let filter = |modulation| AmbientOcclusion::by(OcclusionFiltering { modulation, ..default() });
     let settings = [
         ("full", few_rays()),
         ("half", half.clone()),
@@ -76,10 +73,10 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
     let sweeping = OcclusionSweeping { surface, geometry_term: GeometryTerm::Cosine, ..default() };
     let filtering = OcclusionFiltering { modulation: OpacityModulation::Variance(0.05), ..default() };
     let settings = [
-        by(OcclusionMethod::Sweeping(sweeping)),
-        by(OcclusionMethod::Filtering(filtering)),
-        by(OcclusionMethod::ScreenSpace(default())),
-        by(OcclusionMethod::Direct(default())),
+        AmbientOcclusion::by(sweeping),
+        AmbientOcclusion::by(filtering),
+        AmbientOcclusion::by(OcclusionMethod::ScreenSpace(default())),
+        AmbientOcclusion::by(OcclusionMethod::Direct(default())),
         few_rays(),
     ];
     let headless = Headless::compiling_in_background(IMAGE, |_| {});

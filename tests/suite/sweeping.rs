@@ -6,6 +6,7 @@ use bevy_contextual_ao::{
     occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
     prelude::*,
     render::VolumeTexture,
+    volume::VolumeGeometry,
 };
 use contextual_ao_kit::mode::ShadingMode;
 
@@ -134,9 +135,6 @@ impl Default for Case {
     }
 }
 
-/// Occlusion steps are of this length, mm.
-const STEP_MM: f32 = 0.8;
-
 impl Case {
     /// The scene with its occlusion computed, the opacities of its voxels, and what each of them sees of every
     /// octant by the formulas.
@@ -145,12 +143,8 @@ impl Case {
         let values: Vec<f64> = (0..self.size.element_product())
             .map(|index| volume.value_at(voxel_at(index, self.size)).unwrap_or_default())
             .collect();
-        let occlusion = AmbientOcclusion {
-            method: OcclusionMethod::Sweeping(self.sweeping),
-            step_mm: Some(STEP_MM),
-            sky: self.sky,
-            ..default()
-        };
+        let occlusion =
+            AmbientOcclusion { method: OcclusionMethod::Sweeping(self.sweeping), sky: self.sky, ..default() };
         let mut scene = TestScene::new(volume, self.function.clone(), occlusion, ShadingMode::Cao);
         if self.is_carved {
             // What is clipped of a voxel is then known from its opacity.
@@ -165,7 +159,7 @@ impl Case {
         let opacities: Vec<f64> = scene.opacities().iter().map(|byte| f64::from(*byte) / 255.0).collect();
         let transmittance: Vec<f64> = match self.sweeping.surface {
             SweepingSurface::Opacity => {
-                let exponent = self.spacing.element_sum() / 3.0 / f64::from(STEP_MM);
+                let exponent = self.spacing.element_sum() / 3.0 / self.spacing.min_element();
                 opacities.iter().map(|opacity| (1.0 - opacity).powf(exponent)).collect()
             }
             surface => {
@@ -188,6 +182,16 @@ impl Case {
         (scene, opacities, visibilities)
     }
 
+    /// The weight of each octant of the grid: its axes are those of volume space, in another order and sense.
+    fn weights(&self) -> [f64; 8] {
+        let axes = VolumeGeometry::of(&folded_volume(self.size, self.spacing)).local_from_voxel.matrix3;
+        core::array::from_fn(|octant| {
+            let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 });
+            let local = axes * DVec3::from_array(signs);
+            f64::from(self.sky.0[local.cmpgt(DVec3::ZERO).bitmask() as usize])
+        })
+    }
+
     fn check_distances(&self, scene: &TestScene, expected: &[f64]) {
         let found = scene.headless.signed_distances(scene.volume);
         assert_eq!(found.len(), expected.len());
@@ -204,7 +208,7 @@ impl Case {
         let (scene, opacities, visibilities) = self.run();
         assert!(!self.is_carved || opacities.contains(&0.0));
         let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
-        let weights = self.sky.0.map(f64::from);
+        let weights = self.weights();
         let sum: f64 = weights.iter().sum();
         let mut spread = [u8::MAX, u8::MIN];
         for (index, found) in found.iter().enumerate() {
@@ -277,8 +281,7 @@ fn distances_are_those_of_a_sphere() {
         // Linear in the distance near the surface.
         let volume = volume_from(UVec3::splat(size), DVec3::splat(spacing), |p| 0.5 - at(p) / half);
         let surface = SweepingSurface::Isovalue(127.5);
-        let method = OcclusionMethod::Sweeping(OcclusionSweeping { surface, ..default() });
-        let occlusion = AmbientOcclusion { method, ..default() };
+        let occlusion = AmbientOcclusion::by(OcclusionSweeping { surface, ..default() });
         let mut scene = TestScene::new(volume, opaque_ramp(), occlusion, ShadingMode::Cao);
         scene.settle();
         let found = scene.headless.signed_distances(scene.volume);
@@ -320,7 +323,7 @@ fn methods_on_the_way_leave_no_trace_and_nothing_is_swept_at_rest() {
             scene.settle();
         };
         method(OcclusionMethod::Sweeping(sweeping(GeometryTerm::None)));
-        method(OcclusionMethod::Rays);
+        method(default());
         method(OcclusionMethod::Sweeping(sweeping(geometry_term)));
         assert!(scene.headless.image() == image);
     }
@@ -346,8 +349,7 @@ fn settings_without_sense_are_harmless() {
         OcclusionSweeping { surface: SweepingSurface::Isosurface(-f32::INFINITY), opacity: 0.0, ..default() },
     ];
     for sweeping in wild {
-        let method = OcclusionMethod::Sweeping(sweeping);
-        let occlusion = AmbientOcclusion { method, step_mm: Some(0.0), ..default() };
+        let occlusion = AmbientOcclusion::by(sweeping);
         let volume = folded_volume(UVec3::new(9, 10, 11), DVec3::ONE);
         let mut scene = TestScene::new(volume, opaque_ramp(), occlusion, ShadingMode::Cao);
         scene.settle();

@@ -4,7 +4,9 @@ use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 
-use crate::scene::{TestScene, few_rays, folded_volume, opaque_ramp};
+use crate::scene::{
+    FEW_RAYS, TestScene, few_rays, folded_volume, methods_of_few_rays, opaque_ramp, progressive_rays,
+};
 use contextual_ao_kit::headless::different_pixels;
 
 /// Ways of not being seen, each with its way back.
@@ -69,22 +71,24 @@ fn check(occlusion: AmbientOcclusion, mode: ShadingMode) {
 
 #[test]
 fn unseen_volumes_cost_nothing_and_come_back_right() {
-    for method in OcclusionMethod::all() {
-        check(AmbientOcclusion { method, ..few_rays() }, ShadingMode::Cao);
+    for method in methods_of_few_rays() {
+        check(AmbientOcclusion::by(method), ShadingMode::Cao);
     }
     check(few_rays(), ShadingMode::Lao);
 }
 
 #[test]
 fn settings_that_change_and_change_back_unseen_leave_no_trace() {
-    use bevy_contextual_ao::occlusion::OcclusionResolution;
     let (mut scene, _) = carved(&few_rays(), ShadingMode::Cao);
     let before = scene.headless.image();
     let (hide, volume) = (WAYS[0].1, scene.volume);
     hide(&mut scene, false);
     scene.headless.frames(2);
     for resolution in [OcclusionResolution::Half, OcclusionResolution::Full] {
-        scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").resolution = resolution;
+        scene
+            .world()
+            .entity_mut(volume)
+            .insert(AmbientOcclusion::by(OcclusionRays { resolution, ..FEW_RAYS }));
         scene.headless.frames(2);
     }
     hide(&mut scene, true);
@@ -94,7 +98,7 @@ fn settings_that_change_and_change_back_unseen_leave_no_trace() {
 
 #[test]
 fn progressive_rays_that_were_others_unseen_begin_anew() {
-    let progressive = AmbientOcclusion { method: OcclusionMethod::Progressive(default()), ..few_rays() };
+    let progressive = AmbientOcclusion::by(progressive_rays());
     let (mut scene, carver) = carved(&progressive, ShadingMode::Cao);
     let (hide, volume) = (WAYS[0].1, scene.volume);
     // Some rays of all are cast when nobody looks any more.
@@ -102,7 +106,7 @@ fn progressive_rays_that_were_others_unseen_begin_anew() {
     scene.headless.frames(3);
     hide(&mut scene, false);
     scene.headless.frames(2);
-    for method in [OcclusionMethod::Rays, OcclusionMethod::Progressive(default())] {
+    for method in [FEW_RAYS.into(), progressive_rays()] {
         scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").method = method;
         scene.headless.frames(2);
     }

@@ -9,7 +9,7 @@ use super::{
     super::{
         random::Random,
         shapes::Triangles,
-        small_scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp},
+        small_scene::{FEW_RAYS, TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp},
     },
     Figure,
 };
@@ -108,7 +108,8 @@ impl Soak {
             5 => remove_one(&mut self.scene, &mut self.random, &mut self.cameras),
             6 => self.edit_function(k),
             7 => self.set_mode(ShadingMode::ALL[k % 5]),
-            8 => self.set_on_volume(AmbientOcclusion { steps: 1 + k as u32 % 6, ..few_rays() }),
+            8 => self
+                .set_on_volume(AmbientOcclusion::by(OcclusionRays { steps: 1 + k as u32 % 6, ..FEW_RAYS })),
             9 => self.change_mesh(k),
             _ => {
                 for carver in self.carvers.clone() {

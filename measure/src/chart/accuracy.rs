@@ -43,7 +43,7 @@ pub struct Accuracy {
     truths: Vec<Shot>,
     /// The same with light from above, and what light that is.
     sky: Option<(Sky, Shot)>,
-    true_rays: u32,
+    true_rays: OcclusionRays,
     definitions: Definitions,
     /// How much light comes through the whole volume, once it is known.
     whole_volume: Option<Vec<f64>>,
@@ -57,7 +57,8 @@ impl Accuracy {
     /// Casts very many rays. The intensities are those that the carver leaves where it was spawned.
     pub fn new(stage: &mut Stage, intensities: Vec<u16>) -> Result<Self, String> {
         let true_rays = max_rays(stage);
-        let occlusion = AmbientOcclusion { pattern: RayPattern::Fibonacci(true_rays), ..stage.occlusion() };
+        let rays = OcclusionRays { pattern: RayPattern::Fibonacci(true_rays), ..stage.rays() };
+        let occlusion = AmbientOcclusion::by(rays);
         // All in the first frame: it takes many times as long as all others.
         stage.carve(STEPS - 1);
         let mut truths = vec![shot(stage, &occlusion)?];
@@ -68,7 +69,7 @@ impl Accuracy {
         let known = (0..).zip(&truths[0].occlusion).filter_map(|(index, value)| value.map(|_| index));
         let definitions = Definitions::new(opacities, intensities, stage.scene.geometry, known.collect());
         let (sky, whole_volume, better, known) = (None, None, Vec::new(), Vec::new());
-        Ok(Self { truths, sky, true_rays, definitions, whole_volume, better, known })
+        Ok(Self { truths, sky, true_rays: rays, definitions, whole_volume, better, known })
     }
 
     /// The image of very many rays, RGBA, the carver where it was spawned.
@@ -105,9 +106,7 @@ impl Accuracy {
     /// The truth with another light.
     fn under_sky(&mut self, stage: &mut Stage, sky: Sky) -> Result<&Shot, String> {
         if self.sky.as_ref().is_none_or(|(known, _)| *known != sky) {
-            let AmbientOcclusion { steps, step_mm, .. } = stage.occlusion();
-            let pattern = RayPattern::Fibonacci(self.true_rays);
-            let occlusion = AmbientOcclusion { pattern, steps, step_mm, sky, ..default() };
+            let occlusion = AmbientOcclusion { sky, ..AmbientOcclusion::by(self.true_rays) };
             stage.carve(0);
             self.sky = Some((sky, shot(stage, &occlusion)?));
         }
@@ -124,11 +123,12 @@ impl Accuracy {
         match &setting.own {
             Own::Rays => {}
             Own::AllRays => {
-                let all = AmbientOcclusion { method: OcclusionMethod::Rays, ..setting.occlusion.clone() };
-                let all = shots(stage, &all, 0)?;
-                errors.own_definition = format!("{} in the same frame", setting.occlusion.pattern);
-                errors.own_voxels = voxel_error(found, &all).0;
-                errors.own_image = image_error(found, &all);
+                if let Some(&rays) = setting.occlusion.method.rays() {
+                    let all = shots(stage, &AmbientOcclusion::by(rays), 0)?;
+                    errors.own_definition = format!("{} in the same frame", rays.pattern);
+                    errors.own_voxels = voxel_error(found, &all).0;
+                    errors.own_image = image_error(found, &all);
+                }
             }
             Own::NotDenser => {
                 if let OcclusionMethod::Filtering(filtering) = setting.occlusion.method {
@@ -206,20 +206,20 @@ impl Shot {
     /// What the last frame was.
     fn take(stage: &Stage) -> Self {
         let (headless, volume) = (&stage.headless, stage.scene.volume);
-        let AmbientOcclusion { method, resolution, .. } = stage.occlusion();
+        let method = stage.occlusion().method;
         let image = headless.image();
         if !method.kind().is_of_voxels() {
             return Self { occlusion: Vec::new(), image };
         }
         let texels = headless.voxels(volume, VolumeTexture::Occlusion);
-        let casts_rays = matches!(method, OcclusionMethod::Rays | OcclusionMethod::Progressive(_));
-        let valid = if casts_rays {
+        let rays = method.rays();
+        let valid = if rays.is_some() {
             headless.mask(volume, VoxelMask::Valid)
         } else {
             vec![true; stage.scene.voxels as usize]
         };
         let dimensions = stage.scene.geometry.dimensions;
-        let occlusion = if casts_rays && resolution == OcclusionResolution::Half {
+        let occlusion = if rays.is_some_and(|rays| rays.resolution == OcclusionResolution::Half) {
             (0..dimensions.element_product())
                 .map(|index| half_at(voxel_at(index, dimensions), dimensions, &texels, &valid))
                 .collect()

@@ -48,7 +48,7 @@ pub const SOLID: &str = "no occlusion";
 /// What of a scene the settings depend on.
 pub struct SceneScale {
     /// The scene's own rays.
-    pub occlusion: AmbientOcclusion,
+    pub rays: OcclusionRays,
     pub geometry: VolumeGeometry,
     /// The highest opacity of a voxel.
     pub opacity: f32,
@@ -57,16 +57,11 @@ pub struct SceneScale {
 impl SceneScale {
     /// How far rays look, mm.
     fn reach_mm(&self) -> f32 {
-        self.occlusion.steps as f32 * self.step_mm()
+        self.rays.steps as f32 * self.step_mm()
     }
 
     fn step_mm(&self) -> f32 {
-        self.occlusion.step_length_mm(&self.geometry) as f32
-    }
-
-    /// Light from above, along the grid's axes.
-    fn sky(&self) -> Sky {
-        Sky::above((self.geometry.local_from_voxel.matrix3.inverse() * Vec3::Y.as_dvec3()).as_vec3())
+        self.rays.step_length_mm(&self.geometry) as f32
     }
 
     fn of(&self, family: &'static str, label: impl Into<String>, occlusion: AmbientOcclusion) -> Setting {
@@ -75,17 +70,19 @@ impl SceneScale {
     }
 
     fn by(&self, family: &'static str, label: impl Into<String>, method: OcclusionMethod) -> Setting {
-        self.of(family, label, AmbientOcclusion { method, ..self.occlusion.clone() })
+        self.of(family, label, AmbientOcclusion::by(method))
     }
 
     fn rays(&self, pattern: RayPattern) -> AmbientOcclusion {
-        AmbientOcclusion { pattern, ..self.occlusion.clone() }
+        AmbientOcclusion::by(OcclusionRays { pattern, ..self.rays })
     }
 
     /// All settings, the dense local ambient occlusion of 54 rays and drawing alone among them.
     pub fn settings(&self) -> Vec<Setting> {
-        let mut settings =
-            vec![Setting { mode: ShadingMode::Solid, ..self.of(SOLID, SOLID, self.occlusion.clone()) }];
+        let mut settings = vec![Setting {
+            mode: ShadingMode::Solid,
+            ..self.of(SOLID, SOLID, AmbientOcclusion::by(self.rays))
+        }];
         settings.extend(self.dense());
         settings.extend(self.contextual());
         settings.extend(self.progressive());
@@ -115,17 +112,16 @@ impl SceneScale {
             .map(|pattern| self.of("CAO", format!("CAO {}", short(pattern)), self.rays(pattern)));
         let few = [RayPattern::Fibonacci(14), RayPattern::Fibonacci(36)];
         let half = few.map(|pattern| {
-            let occlusion = AmbientOcclusion { resolution: OcclusionResolution::Half, ..self.rays(pattern) };
-            self.of("CAO at half resolution", format!("half {}", short(pattern)), occlusion)
+            let rays = OcclusionRays { pattern, resolution: OcclusionResolution::Half, ..self.rays };
+            self.by("CAO at half resolution", format!("half {}", short(pattern)), rays.into())
         });
         let strides = few.map(|pattern| {
-            let base = self.rays(pattern);
-            let step_mm = Some(2.0 * self.step_mm());
-            let occlusion = AmbientOcclusion { steps: base.steps / 2, step_mm, ..base };
-            self.of("CAO with half the steps", format!("stride {}", short(pattern)), occlusion)
+            let (steps, step_mm) = (self.rays.steps / 2, Some(2.0 * self.step_mm()));
+            let rays = OcclusionRays { pattern, steps, step_mm, ..self.rays };
+            self.by("CAO with half the steps", format!("stride {}", short(pattern)), rays.into())
         });
         let sky = few.map(|pattern| {
-            let occlusion = AmbientOcclusion { sky: self.sky(), ..self.rays(pattern) };
+            let occlusion = AmbientOcclusion { sky: Sky::above(Vec3::Y), ..self.rays(pattern) };
             self.of("CAO under a cloudy sky", format!("sky {}", short(pattern)), occlusion)
         });
         [published].into_iter().chain(ours).chain(half).chain(strides).chain(sky).collect()
@@ -133,10 +129,10 @@ impl SceneScale {
 
     fn progressive(&self) -> [Setting; 2] {
         [1, 4].map(|rays_per_frame| {
-            let method = OcclusionMethod::Progressive(ProgressiveRays { rays_per_frame, ..default() });
-            let occlusion = AmbientOcclusion { method, ..self.rays(RayPattern::default()) };
+            let rays = OcclusionRays { pattern: default(), ..self.rays };
+            let settings = ProgressiveRays { rays, rays_per_frame, ..default() };
             let label = format!("progr. {rays_per_frame}");
-            Setting { own: Own::AllRays, ..self.of("progressive rays", label, occlusion) }
+            Setting { own: Own::AllRays, ..self.by("progressive rays", label, settings.into()) }
         })
     }
 
@@ -242,7 +238,7 @@ impl Setting {
     pub fn frames_to_settle(&self) -> u32 {
         match self.occlusion.method {
             OcclusionMethod::Progressive(settings) => {
-                self.occlusion.pattern.rays().div_ceil(settings.rays_per_frame.max(1))
+                settings.rays.pattern.rays().div_ceil(settings.rays_per_frame.max(1))
             }
             _ => 0,
         }

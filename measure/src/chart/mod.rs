@@ -11,6 +11,7 @@ mod plot;
 mod scenes;
 mod timing;
 
+use bevy_contextual_ao::prelude::AmbientOcclusion;
 use contextual_ao_kit::mode::ShadingMode;
 use std::{fs, path::Path, time::Instant};
 
@@ -52,7 +53,7 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     let intensities = definitions::clipped_intensities(&scene.volume, scene.carvers.first());
     let size = scenes::image_size(options);
     let mut stage = Stage::new(scene, size);
-    let scale = SceneScale { occlusion: stage.occlusion(), geometry: stage.scene.geometry, opacity };
+    let scale = SceneScale { rays: stage.rays(), geometry: stage.scene.geometry, opacity };
     let settings = scale.settings();
     let name = stage.scene.name.clone();
 
@@ -65,7 +66,7 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     eprintln!("{name}: timed, {:.0} s", begin.elapsed().as_secs_f64());
 
     // What the rays of the truth are cast with.
-    stage.prepare_with(ShadingMode::Solid, scale.occlusion.clone())?;
+    stage.prepare_with(ShadingMode::Solid, AmbientOcclusion::by(scale.rays))?;
     let mut accuracy = Accuracy::new(&mut stage, intensities)?;
     let file = options.out.join(format!("{name}.png"));
     image::save_buffer(&file, accuracy.true_image(), size.x, size.y, image::ColorType::Rgba8)

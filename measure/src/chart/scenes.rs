@@ -71,12 +71,11 @@ fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
         volume,
         transfer_function: Some(function),
         budget: default(),
-        occlusion: AmbientOcclusion {
+        occlusion: AmbientOcclusion::by(OcclusionRays {
             pattern: RayPattern::Rubik54,
-            steps: 20,
             step_mm: Some(spacing_mm),
             ..default()
-        },
+        }),
         shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
         carvers: vec![ball(&geometry, PHANTOM_CARVER, 0.28)],
         camera: place(&geometry, PHANTOM_CAMERA),

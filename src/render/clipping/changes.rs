@@ -45,7 +45,10 @@ fn acts_among((carver, revision): &(CarverUniform, u64), others: &[(CarverUnifor
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clip::ClipOperation::{Intersect, Subtract};
+    use crate::{
+        clip::ClipOperation::{Intersect, Subtract},
+        occlusion::Sky,
+    };
     use bevy::prelude::default;
 
     fn contents(carvers: &[(CarverUniform, u64)]) -> Contents {
@@ -92,7 +95,7 @@ mod tests {
     #[test]
     fn settings_change_everything() {
         let (old, mut new) = (contents(&[]), contents(&[]));
-        new.occlusion.steps += 1;
+        new.occlusion.sky = Sky::octant(0);
         assert_eq!(Changes::between(Some(&old), &new), Changes::All);
         assert_eq!(Changes::between(None, &old), Changes::All);
     }

@@ -89,8 +89,9 @@ impl VolumeResources {
             past_changes: past as u32,
             coverage: contents.coverage as u32,
         };
+        let stride = volume.occlusion.texels().stride();
         let step = ClipStep {
-            finds_ranges: state.ranges_for != Some(volume.occlusion.resolution),
+            finds_ranges: state.ranges_for != Some(stride),
             changes_table_alone: !recomputes_all
                 && state.contents.as_ref().is_some_and(differs_in_table_alone),
             changes,
@@ -98,7 +99,7 @@ impl VolumeResources {
             queue,
             pass,
         };
-        state.ranges_for = Some(volume.occlusion.resolution);
+        state.ranges_for = Some(stride);
         state.contents = Some(contents);
         state.queue = queue;
         step

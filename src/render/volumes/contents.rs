@@ -1,11 +1,7 @@
 //! What is on the GPU for a volume, and of what: by this it is decided what has to be done.
 
 use super::{carver_uniform::CarverUniform, clip_pass::Queue};
-use crate::{
-    clip::CoverageRule,
-    occlusion::{AmbientOcclusion, OcclusionResolution},
-    render::extract::ExtractedVolume,
-};
+use crate::{clip::CoverageRule, occlusion::AmbientOcclusion, render::extract::ExtractedVolume};
 
 /// What opacities and occlusion depend on, besides the volume itself.
 #[derive(Clone, PartialEq)]
@@ -36,8 +32,8 @@ impl Contents {
 pub(crate) struct VolumeState {
     /// Table on the GPU.
     pub table_revision: Option<u32>,
-    /// For which resolution of the occlusion the ranges of bricks are there.
-    pub ranges_for: Option<OcclusionResolution>,
+    /// For which stride of the occlusion the ranges of bricks are there.
+    pub ranges_for: Option<u32>,
     /// What opacities, and occlusion where it is valid, are of; `None` before the first.
     pub contents: Option<Contents>,
     /// What clipping put on the list of voxels to be cast.

@@ -61,9 +61,9 @@ impl VolumeUniform {
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
-        let stride = volume.occlusion.resolution.stride();
+        let stride = volume.occlusion.texels().stride();
         // A surface has all its light where it is turned to octants of full weight.
-        let weights = volume.occlusion.sky.normalized();
+        let weights = volume.occlusion.sky.of_grid(geometry);
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
         let drawing = volume.occlusion.method.settings().drawing();
         // What blocks at the far edges have beyond the grid is counted.

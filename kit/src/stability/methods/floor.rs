@@ -102,7 +102,7 @@ impl Floor {
     pub fn settle(&mut self) {
         let frames = match self.occlusion.method {
             OcclusionMethod::Progressive(settings) => {
-                self.occlusion.pattern.rays().div_ceil(settings.rays_per_frame) + 1
+                settings.rays.pattern.rays().div_ceil(settings.rays_per_frame) + 1
             }
             _ => 2,
         };

@@ -29,19 +29,19 @@ const REACH_MM: f32 = 10.0;
 
 /// The columns of the table.
 pub fn columns() -> Vec<Column> {
-    let rays = AmbientOcclusion { steps: 9, step_mm: Some(1.0), ..default() };
-    let of = |name, method| Column { name, occlusion: AmbientOcclusion { method, ..rays.clone() } };
+    let rays = OcclusionRays { steps: 9, step_mm: Some(1.0), ..default() };
+    let of = |name, method| Column { name, occlusion: AmbientOcclusion::by(method) };
     let sweeping = |geometry_term| {
         OcclusionMethod::Sweeping(OcclusionSweeping { geometry_term, gamma: 1.0, ..default() })
     };
     let filtering = |estimate| {
         OcclusionMethod::Filtering(OcclusionFiltering { estimate, radius_mm: Some(REACH_MM), ..default() })
     };
-    let half = AmbientOcclusion { resolution: OcclusionResolution::Half, ..rays.clone() };
+    let half = OcclusionRays { resolution: OcclusionResolution::Half, ..rays };
     vec![
-        Column { name: "rays", occlusion: rays.clone() },
-        Column { name: "rays, half", occlusion: half },
-        of("progressive", OcclusionMethod::Progressive(ProgressiveRays::default())),
+        of("rays", rays.into()),
+        of("rays, half", half.into()),
+        of("progressive", ProgressiveRays { rays, ..default() }.into()),
         of("sweeping", sweeping(GeometryTerm::None)),
         of("sweeping, cosine", sweeping(GeometryTerm::Cosine)),
         of("filtering, Chebyshev", filtering(DensityEstimate::Chebyshev)),
@@ -65,7 +65,7 @@ pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
         report(Figure { case: case.into(), method: column.name.into(), figure, unit, bound, value });
     };
     let occlusion = &column.occlusion;
-    let is_exact = occlusion.method == OcclusionMethod::Rays;
+    let is_exact = matches!(occlusion.method, OcclusionMethod::Rays(_));
     let if_exact = |bound| is_exact.then_some(bound);
     const OF_RANGE: &str = "of full range";
 

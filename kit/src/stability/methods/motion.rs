@@ -83,9 +83,9 @@ pub fn pops(occlusion: &AmbientOcclusion) -> Option<f64> {
 fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclusion> {
     let mut changed = occlusion.clone();
     match &mut changed.method {
-        OcclusionMethod::Rays | OcclusionMethod::Progressive(_) => {
-            let start = AmbientOcclusion::start_mm(DVec3::ONE) as f32;
-            changed.step_mm = Some((reach_mm - start) / (changed.steps - 1) as f32);
+        OcclusionMethod::Rays(rays) | OcclusionMethod::Progressive(ProgressiveRays { rays, .. }) => {
+            let start = OcclusionRays::start_mm(DVec3::ONE) as f32;
+            rays.step_mm = Some((reach_mm - start) / (rays.steps - 1) as f32);
         }
         OcclusionMethod::Filtering(filtering) => filtering.radius_mm = Some(reach_mm),
         OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = Some(reach_mm),

@@ -2,10 +2,7 @@
 //! thin walls, densities of several modes.
 
 use crate::mode::ShadingMode;
-use bevy::{
-    math::{DVec3, UVec3},
-    prelude::default,
-};
+use bevy::math::{DVec3, UVec3};
 use bevy_contextual_ao::{occlusion::OcclusionFiltering, prelude::*, render::VolumeTexture};
 use std::f64::consts::TAU;
 
@@ -104,7 +101,7 @@ pub fn modes(occlusion: &AmbientOcclusion) -> Option<[f64; 2]> {
         let index = |p: DVec3| ((p + 1.0) / 2.0 * size.as_dvec3()).as_uvec3();
         let volume = volume_from(size, DVec3::ONE, |p| densities[flat(index(p), size)]);
         let ramp = TransferFunction::ramp(0.0, 255.0, 1.0, [1.0; 3]).expect("a valid ramp");
-        let settings = AmbientOcclusion { method: OcclusionMethod::Filtering(filtering), ..default() };
+        let settings = AmbientOcclusion::by(filtering);
         let mut scene = TestScene::new(volume, ramp, settings, ShadingMode::Cao);
         scene.settle();
         let opacities = scene.opacities();

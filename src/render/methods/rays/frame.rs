@@ -87,7 +87,7 @@ impl Rays {
         let pass = RayPassUniform {
             first_ray: cast.start,
             end_ray: cast.end,
-            steps: volume.occlusion.steps,
+            steps: volume.occlusion.method.rays()?.steps,
             ends_early: optimizations.early_end.into(),
             leaps: optimizations.leaps.into(),
             kept: kept_share,

@@ -77,7 +77,7 @@ impl KeptRays {
         let occlusion = volume.ambient_occlusion();
         if self.rays_for.as_ref() != Some(occlusion) {
             self.rays_for = Some(occlusion.clone());
-            self.rays.set(ray_table(volume.volume));
+            self.rays.set(ray_table(occlusion, &volume.volume.geometry));
             self.rays.write_buffer(&gpu.device, &gpu.queue);
         }
         self

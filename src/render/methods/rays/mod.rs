@@ -59,7 +59,7 @@ impl VoxelMethod for Rays {
     type Job = RaysJob;
 
     fn computes(&self, method: &OcclusionMethod) -> bool {
-        matches!(method, OcclusionMethod::Rays | OcclusionMethod::Progressive(_))
+        method.rays().is_some()
     }
 
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool {

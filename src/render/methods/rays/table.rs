@@ -3,21 +3,21 @@
 use bevy::{math::DVec3, prelude::*};
 
 use crate::{
-    occlusion::{AmbientOcclusion, ProgressiveRays},
-    render::extract::ExtractedVolume,
+    occlusion::{AmbientOcclusion, OcclusionRays, ProgressiveRays},
+    volume::VolumeGeometry,
 };
 
 /// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
 /// the first sample and the weight, then the step between samples. If they are cast one after the other, in
 /// an order in which the first ones go in all directions.
-pub(crate) fn ray_table(volume: &ExtractedVolume) -> Vec<Vec4> {
-    let geometry = &volume.geometry;
+pub(crate) fn ray_table(occlusion: &AmbientOcclusion, geometry: &VolumeGeometry) -> Vec<Vec4> {
+    let Some(settings) = occlusion.method.rays() else { return default() };
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
-    let start = AmbientOcclusion::start_mm(geometry.spacing_mm);
-    let step = volume.occlusion.step_length_mm(geometry);
+    let start = OcclusionRays::start_mm(geometry.spacing_mm);
+    let step = settings.step_length_mm(geometry);
     let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
-    let mut rays = volume.occlusion.rays(geometry);
-    if volume.occlusion.method.get::<ProgressiveRays>().is_some() {
+    let mut rays = settings.directions(&occlusion.sky);
+    if occlusion.method.get::<ProgressiveRays>().is_some() {
         rays = spread(rays);
     }
     rays.into_iter()

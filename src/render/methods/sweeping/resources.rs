@@ -181,13 +181,12 @@ fn uniform(
     let side = rescale.slope.signum();
     let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
     let isovalue = settings.surface.isovalue().map_or(0.0, stored);
-    let weights = volume.occlusion.sky.normalized();
+    let weights = volume.occlusion.sky.of_grid(&volume.geometry);
     SweepingUniform {
         weights: [Vec4::from_slice(&weights[..4]), Vec4::from_slice(&weights[4..])],
         spacing_mm: spacing_mm.as_vec3(),
         smallest_spacing_mm: spacing_mm.min_element() as f32,
-        // Opacities of steps without length are 0.
-        transmittance_exponent: if step_mm > 0.0 { (voxel_mm / step_mm).min(1e6) as f32 } else { 1.0 },
+        transmittance_exponent: (voxel_mm / step_mm) as f32,
         opacity: settings.opacity,
         power: settings.gamma.recip(),
         // Intensities are from 0 to 1.

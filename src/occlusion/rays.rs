@@ -1,0 +1,118 @@
+//! The settings of local ambient occlusion: rays around every voxel (equations 2 and 3 of the CAO paper).
+
+use bevy::{math::DVec3, prelude::*};
+
+use super::{
+    MethodDrawing, MethodKind, MethodSettings, OcclusionTexels, RayDirection, RayPattern, Sky,
+    lengths::{length_mm, within},
+};
+use crate::volume::VolumeGeometry;
+
+/// Rays around every voxel: local ambient occlusion.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct OcclusionRays {
+    /// The directions in which a voxel looks. More rays cost proportionally more time and lower the error; few rays
+    /// show as bands in smooth regions.
+    pub pattern: RayPattern,
+    /// Samples per ray. More reach farther and cost proportionally more time per recomputed voxel; a carver then
+    /// also makes more voxels recompute. At most [`Self::MAX_STEPS`].
+    pub steps: u32,
+    /// Distance between samples, millimetres; `None` is one voxel, the smallest spacing. Longer steps reach
+    /// farther for the same cost and may step over structures thinner than themselves. At most
+    /// [`Self::MAX_STEP_MM`].
+    pub step_mm: Option<f32>,
+    /// For how many voxels rays are cast.
+    pub resolution: OcclusionResolution,
+}
+
+impl Default for OcclusionRays {
+    fn default() -> Self {
+        Self { pattern: default(), steps: 20, step_mm: None, resolution: default() }
+    }
+}
+
+/// For how many voxels rays are cast.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum OcclusionResolution {
+    /// For each.
+    #[default]
+    Full,
+    /// For every other along each axis, at the middle of 2x2x2: an eighth of the memory, up to an eighth of
+    /// the rays, and blurred.
+    Half,
+}
+
+impl OcclusionRays {
+    /// The most samples per ray; more are not taken.
+    pub const MAX_STEPS: u32 = 4096;
+    /// The longest distance between samples, mm.
+    pub const MAX_STEP_MM: f32 = 1000.0;
+
+    /// These settings within what can be computed.
+    pub(super) fn clamped(self) -> Self {
+        Self {
+            steps: self.steps.min(Self::MAX_STEPS),
+            step_mm: self.step_mm.map(|mm| within(mm, Self::MAX_STEP_MM)),
+            ..self
+        }
+    }
+
+    /// The rays of every voxel under a sky, volume space, those that bring no light left out.
+    pub fn directions(&self, sky: &Sky) -> Vec<RayDirection> {
+        let all = self.pattern.directions();
+        let weighted =
+            all.iter().map(|ray| RayDirection { weight: ray.weight * sky.weight(ray.direction), ..*ray });
+        let rays: Vec<_> = weighted.filter(|ray| ray.weight > 0.0).collect();
+        let sum: f64 = rays.iter().map(|ray| ray.weight).sum();
+        if *sky == Sky::default() || rays.is_empty() {
+            // Of very few rays none may be in the octants chosen.
+            return all;
+        }
+        rays.into_iter().map(|ray| RayDirection { weight: ray.weight / sum, ..ray }).collect()
+    }
+
+    /// Distance between samples, mm: the one that is set, or a voxel.
+    pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        length_mm(self.step_mm, 1.0, geometry)
+    }
+
+    /// Distance of the first sample from the voxel centre, mm: one voxel diagonal.
+    pub fn start_mm(spacing_mm: DVec3) -> f64 {
+        spacing_mm.length()
+    }
+}
+
+impl MethodSettings for OcclusionRays {
+    fn name(&self) -> &'static str {
+        "rays"
+    }
+
+    fn kind(&self) -> MethodKind {
+        MethodKind::StaleVoxels
+    }
+
+    fn drawing(&self) -> MethodDrawing {
+        let texels = match self.resolution {
+            OcclusionResolution::Full => OcclusionTexels::Factors,
+            OcclusionResolution::Half => OcclusionTexels::HalfFactors,
+        };
+        MethodDrawing { texels, ..default() }
+    }
+
+    fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        self.step_length_mm(geometry)
+    }
+
+    /// The distance of the farthest sample.
+    fn sampled_mm(&self, geometry: &VolumeGeometry) -> f64 {
+        match self.steps {
+            0 => 0.0,
+            steps => {
+                Self::start_mm(geometry.spacing_mm) + f64::from(steps - 1) * self.step_length_mm(geometry)
+            }
+        }
+    }
+}
