@@ -13,7 +13,8 @@ use super::{
     },
     gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
     methods::{
-        FilteringData, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData, SweepPlane, SweepingUniform,
+        FilteringData, KernelUniform, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData, SweepPlane,
+        SweepingUniform,
     },
     volumes::{
         bricks::{MASKS, PENDING},
@@ -63,7 +64,7 @@ fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl
 }
 
 /// All of them; a test says so.
-fn all_shared() -> [Shared; 12] {
+fn all_shared() -> [Shared; 13] {
     [
         shared::<VolumeUniform, _>("VolumeUniform"),
         shared::<CarverUniform, _>("Carver"),
@@ -71,6 +72,7 @@ fn all_shared() -> [Shared; 12] {
         shared::<RayPassUniform, _>("RayPass"),
         shared::<FilteringData, _>("Filtering"),
         shared::<ScreenSpaceUniform, _>("ScreenSpaceView"),
+        shared::<KernelUniform, _>("Kernel"),
         shared::<WindowUniform, _>("Window"),
         shared::<SlicingData, _>("Slicing"),
         shared::<SweepingUniform, _>("Sweeping"),

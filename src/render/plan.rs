@@ -7,7 +7,7 @@ use super::{
     carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures, plan::CarverPlan},
     clipping::{job::ClipJob, passes::ClippingPasses},
     extract::{ExtractedScene, ExtractedVolume},
-    gpu::device::Gpu,
+    gpu::{device::Gpu, uniforms::write_if_changed},
     methods::{
         pipelines::MethodPipelines,
         registry::VoxelMethods,
@@ -16,7 +16,7 @@ use super::{
     volumes::{
         carver_uniform::{CarverTable, CarverUniform},
         contents::Contents,
-        store::{VolumeResources, VolumeStore, write_if_changed},
+        store::{VolumeResources, VolumeStore},
         uniform::VolumeUniform,
     },
     windows::VolumeWindows,

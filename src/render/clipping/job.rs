@@ -6,10 +6,13 @@ use bevy::render::{
 };
 
 use super::{distances::DistanceGroups, passes::ClippingPasses, step::ClipStep};
-use crate::render::volumes::{
-    bricks::{BrickResources, PENDING, work_group},
-    carver_uniform::CarverUniform,
-    store::{VolumeGroups, VolumeResources, write_if_changed},
+use crate::render::{
+    gpu::uniforms::write_if_changed,
+    volumes::{
+        bricks::{BrickResources, PENDING, work_group},
+        carver_uniform::CarverUniform,
+        store::{VolumeGroups, VolumeResources},
+    },
 };
 
 /// The passes over one volume.

@@ -1,5 +1,5 @@
-//! What passes are made of: formats that the device has, textures, compute passes, variants of render pipelines; and
-//! how they are encoded, timed and counted.
+//! What passes are made of: formats that the device has, textures, uniform buffers, compute passes, variants of render
+//! pipelines; and how they are encoded, timed and counted.
 
 pub(super) mod compute_pass;
 pub(super) mod device;
@@ -8,3 +8,4 @@ pub(super) mod formats;
 pub(super) mod frame;
 pub(super) mod render_pipelines;
 pub(super) mod textures;
+pub(super) mod uniforms;

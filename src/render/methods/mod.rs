@@ -43,6 +43,6 @@ pub(super) use {
     direct::SlicingData,
     filtering::FilteringData,
     rays::kept::RayPassUniform,
-    screen_space::uniform::ScreenSpaceUniform,
+    screen_space::uniform::{KernelUniform, ScreenSpaceUniform},
     sweeping::{SIDE, SweepPlane, resources::SweepingUniform},
 };

@@ -5,9 +5,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, Buffer, Extent3d, Origin3d, ShaderType, StorageBuffer, TexelCopyBufferLayout,
+            BindGroup, Buffer, Extent3d, Origin3d, StorageBuffer, TexelCopyBufferLayout,
             TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-            TextureView, TextureViewDimension, TextureViewId, UniformBuffer, encase::internal::WriteInto,
+            TextureView, TextureViewDimension, TextureViewId, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -273,21 +273,6 @@ impl VolumeResources {
             + self.bricks.usage()
             + self.kept.as_ref().map_or_else(default, |kept| kept.usage())
     }
-}
-
-/// Puts a value where shaders read it, unless it is there. Returns whether it was not.
-pub(crate) fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
-    buffer: &mut UniformBuffer<T>,
-    value: T,
-    device: &RenderDevice,
-    queue: &RenderQueue,
-) -> bool {
-    let is_new = buffer.buffer().is_none() || *buffer.get() != value;
-    if is_new {
-        buffer.set(value);
-        buffer.write_buffer(device, queue);
-    }
-    is_new
 }
 
 /// A texture that passes write and views read.

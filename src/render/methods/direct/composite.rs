@@ -12,10 +12,10 @@ use bevy::{
         camera::ExtractedCamera,
         render_asset::RenderAssets,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendState,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindingResource,
+            BlendState, CachedRenderPipelineId, ColorTargetState, ColorWrites, CommandEncoder, FragmentState,
             MultisampleState, PipelineCache, RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages,
-            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureFormat, UniformBuffer,
+            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureFormat,
             binding_types::{storage_buffer_read_only_sized, uniform_buffer},
         },
         renderer::RenderDevice,
@@ -163,7 +163,7 @@ fn tonemapping_defs(tonemapping: Tonemapping) -> Vec<ShaderDefVal> {
 impl CompositePipeline {
     pub(super) fn bind(
         &self,
-        window: &UniformBuffer<WindowUniform>,
+        window: BindingResource,
         buffers: &Buffers,
         tonemapping: Tonemapping,
         views: &ViewResources,
@@ -173,7 +173,7 @@ impl CompositePipeline {
         let luts = get_lut_bindings(&views.images, &views.luts, &tonemapping, &views.fallback);
         let entries = BindGroupEntries::sequential((
             views.uniforms.uniforms.binding()?,
-            window.binding()?,
+            window,
             buffers.eye.as_entire_binding(),
             luts.0,
             luts.1,

@@ -47,6 +47,7 @@ impl Plugin for DirectOcclusionPlugin {
         };
         render_app
             .init_gpu_resource::<views::DirectViews>()
+            .init_gpu_resource::<views::DirectUniforms>()
             .init_gpu_resource::<buffers::DirectBuffers>()
             .init_gpu_resource::<SpecializedRenderPipelines<composite::CompositePipeline>>()
             .add_systems(AskForPipelines, ask_for_pipelines.before(ask))

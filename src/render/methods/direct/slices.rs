@@ -5,9 +5,9 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferBinding,
-            BufferSize, CommandEncoder, PipelineCache, ShaderStages, StorageBuffer, StorageTextureAccess,
-            TextureSampleType, TextureView, UniformBuffer,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindingResource,
+            BufferBinding, BufferSize, CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess,
+            TextureSampleType, TextureView,
             binding_types::{
                 storage_buffer_read_only, storage_buffer_sized, texture_2d, texture_depth_2d,
                 texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
@@ -95,21 +95,18 @@ impl DirectPasses {
     /// The bind groups of even and of odd slices.
     pub(super) fn bind_slices(
         &self,
-        window: &UniformBuffer<WindowUniform>,
-        slicing: &StorageBuffer<SlicingData>,
+        [window, slicing]: [BindingResource; 2],
         buffers: &Buffers,
         (depths, is_multisampled): (&TextureView, bool),
         cache: &PipelineCache,
         device: &RenderDevice,
-    ) -> Option<[BindGroup; 2]> {
-        let (window, slicing) = (window.binding()?, slicing.binding()?);
+    ) -> [BindGroup; 2] {
         let [a, b] = &buffers.light;
-        let slices = [(a, b), (b, a)].map(|(before, behind)| {
+        [(a, b), (b, a)].map(|(before, behind)| {
             let eye = buffers.eye.as_entire_binding();
             let resources = (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths);
             self.pass(is_multisampled).bind(resources, cache, device)
-        });
-        Some(slices)
+        })
     }
 
     /// The bind group of the numbers of slices.

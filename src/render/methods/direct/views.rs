@@ -7,6 +7,7 @@ use bevy::{
     render::{
         render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
         renderer::{FlushCommands, RenderContext, RenderQueue, ViewQuery},
+        sync_world::MainEntity,
         view::{ViewTarget, ViewUniformOffset},
     },
 };
@@ -15,7 +16,7 @@ use super::{
     buffers::{Buffers, DirectBuffers},
     composite::{CompositeJob, CompositeKey, CompositePipeline, ViewKind, ViewResources},
     slices::{DirectPasses, SlicesJob},
-    slicing::Slicing,
+    slicing::{Slicing, SlicingData},
 };
 use crate::{
     diagnostics::ReportChannel,
@@ -25,6 +26,7 @@ use crate::{
         gpu::{
             device::Gpu,
             frame::{Frame, TimesByClock},
+            uniforms::BuffersOf,
         },
         methods::pipelines::MethodPipelines,
         volumes::store::{VolumeResources, VolumeStore},
@@ -36,6 +38,16 @@ use crate::{
 #[derive(Resource, Default)]
 pub(super) struct DirectViews(EntityHashMap<Vec<DirectJob>>);
 
+/// What volumes in views are described by.
+#[derive(Resource, Default)]
+pub(super) struct DirectUniforms {
+    windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
+    slicings: BuffersOf<VolumeInView, StorageBuffer<SlicingData>>,
+}
+
+/// The entity of a view, and of a volume in the main world.
+type VolumeInView = (Entity, MainEntity);
+
 /// One volume in one view.
 struct DirectJob {
     slices: SlicesJob,
@@ -46,7 +58,7 @@ struct DirectJob {
 /// A volume in a window of a view.
 struct Shown<'a> {
     volume: &'a VolumeResources,
-    view: Entity,
+    key: VolumeInView,
     window: WindowUniform,
     slicing: Slicing,
 }
@@ -61,6 +73,7 @@ pub(super) struct Passes<'w> {
     composite: Res<'w, CompositePipeline>,
     pipelines: ResMut<'w, SpecializedRenderPipelines<CompositePipeline>>,
     views: ViewResources<'w>,
+    uniforms: ResMut<'w, DirectUniforms>,
     gpu: Gpu<'w>,
 }
 
@@ -77,6 +90,8 @@ pub(super) fn prepare_views(
     mut jobs: ResMut<DirectViews>,
 ) {
     jobs.0.clear();
+    passes.uniforms.windows.begin_frame();
+    passes.uniforms.slicings.begin_frame();
     let mut shown = Vec::new();
     // What is bound was bound in this frame where all is ready.
     let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
@@ -88,7 +103,8 @@ pub(super) fn prepare_views(
         };
         shown.extend(windows.onto(volume.entity).iter().filter_map(|view| {
             let slicing = Slicing::of(volume, settings, &view.uniform)?;
-            Some(Shown { volume: resources, view: view.view, window: view.uniform, slicing })
+            let key = (view.view, volume.entity);
+            Some(Shown { volume: resources, key, window: view.uniform, slicing })
         }));
     }
     let largest = shown.iter().map(|shown| shown.window.end - shown.window.first);
@@ -103,8 +119,8 @@ pub(super) fn prepare_views(
         report.usage = report.usage + buffers.usage();
     }
     for shown in shown {
-        if let Some(job) = passes.prepare(&shown, views.get(shown.view).ok(), buffers) {
-            jobs.0.entry(shown.view).or_default().push(job);
+        if let Some(job) = passes.prepare(&shown, views.get(shown.key.0).ok(), buffers) {
+            jobs.0.entry(shown.key.0).or_default().push(job);
         }
     }
     for jobs in jobs.0.values_mut() {
@@ -120,21 +136,30 @@ impl Passes<'_> {
         view: Option<bevy::ecs::query::ROQueryItem<ViewData>>,
         buffers: &Buffers,
     ) -> Option<DirectJob> {
-        let Self { slices, composite, pipelines, views, gpu } = self;
-        let Gpu { device, queue, cache, .. } = gpu;
+        let Self { slices, composite, pipelines, views, uniforms, gpu } = self;
+        let Gpu { device, cache, .. } = &*gpu;
         let (prepass, kind) = view?;
         let key = CompositeKey::of(kind);
         let depths = (prepass.depth_view()?, key.samples > 1);
-        let mut window = UniformBuffer::from(shown.window);
-        window.write_buffer(device, queue);
-        let mut slicing = StorageBuffer::from(shown.slicing.data);
-        slicing.write_buffer(device, queue);
+        let uniforms = &mut **uniforms;
+        let window = uniforms.windows.write(shown.key, shown.window, gpu)?;
+        let slicing = uniforms.slicings.of(shown.key);
+        if slicing.buffer().is_none() || *slicing.get() != shown.slicing.data {
+            slicing.set(shown.slicing.data);
+            slicing.write_buffer(device, &gpu.queue);
+        }
         let tonemapping = kind.3.copied().unwrap_or(Tonemapping::None);
         let WindowUniform { first, end, .. } = shown.window;
         Some(DirectJob {
             slices: SlicesJob {
                 volume: shown.volume.groups()?.lit.clone(),
-                slices: slices.bind_slices(&window, &slicing, buffers, depths, cache, device)?,
+                slices: slices.bind_slices(
+                    [window.clone(), slicing.binding()?],
+                    buffers,
+                    depths,
+                    cache,
+                    device,
+                ),
                 number: slices.bind_numbers(buffers, cache, device),
                 count: shown.slicing.count,
                 pixels: end - first,
@@ -142,7 +167,7 @@ impl Passes<'_> {
             },
             composite: CompositeJob {
                 pipeline: pipelines.specialize(cache, composite, key),
-                group: composite.bind(&window, buffers, tonemapping, views, cache, device)?,
+                group: composite.bind(window, buffers, tonemapping, views, cache, device)?,
                 window: (first, end),
             },
             center_depth: shown.slicing.center_depth,

@@ -14,12 +14,11 @@ use crate::{
     render::{
         clipping::step::{Demand, outlines},
         extract::ExtractedVolume,
-        gpu::device::Gpu,
+        gpu::{device::Gpu, uniforms::write_if_changed},
         methods::voxel_method::{KeptVolume, VolumeFrame},
         volumes::{
             bricks::{BrickResources, work_group},
             clip_pass::Queue,
-            store::write_if_changed,
         },
         windows::{VolumeWindow, WindowUniform},
     },
@@ -99,11 +98,13 @@ impl Rays {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
         }
         let goes_on = continues && cast.end < all_rays;
-        let marks = unmarked.into_iter();
+        kept.windows.resize_with(views.len(), default);
+        let marks = unmarked.into_iter().zip(&mut kept.windows);
+        let marks = marks.filter_map(|(window, kept)| self.mark.bind_window(window, kept, gpu)).collect();
         Some(RaysJob {
             volume: frame.group().clone(),
             words: work_group(&resources.bricks, &resources.bricks.word_list, &gpu.cache, &gpu.device),
-            marks: marks.filter_map(|window| self.mark.bind_window(window, gpu)).collect(),
+            marks,
             cast: self.cast.bind_volume(resources, kept, (self.counts_work, goes_on), gpu)?,
         })
     }

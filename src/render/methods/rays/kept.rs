@@ -7,7 +7,7 @@ use bevy::{
     },
 };
 
-use super::table::ray_table;
+use super::{mark::MarkWindow, table::ray_table};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, ProgressiveRays},
@@ -49,6 +49,8 @@ pub(crate) struct KeptRays {
     pub ray_sums: Option<Buffer>,
     /// Which rays have been cast since the last change, and the weight of all that was found.
     pub(super) progress: RayProgress,
+    /// Of views that are followed.
+    pub(super) windows: Vec<MarkWindow>,
     /// Views for which all occlusion that they read is valid.
     pub marked: Vec<WindowUniform>,
 }

@@ -12,6 +12,7 @@ use crate::render::{
     gpu::{
         compute_pass::{ComputePass, PassDescriptor},
         device::Gpu,
+        uniforms::write_if_changed,
     },
     volumes::{bricks::work_layout, layouts::bricks_layout},
     windows::WindowUniform,
@@ -21,6 +22,13 @@ use crate::render::{
 pub(crate) struct MarkJob {
     pub window: BindGroup,
     pub pixels: UVec2,
+}
+
+/// Where a view is read from that is followed, whichever it is.
+#[derive(Default)]
+pub(super) struct MarkWindow {
+    uniform: UniformBuffer<WindowUniform>,
+    group: Option<BindGroup>,
 }
 
 /// Follows the rays of a view.
@@ -44,10 +52,16 @@ impl FromWorld for MarkPass {
 }
 
 impl MarkPass {
-    pub fn bind_window(&self, window: WindowUniform, gpu: &Gpu) -> Option<MarkJob> {
-        let mut uniform = UniformBuffer::from(window);
-        uniform.write_buffer(&gpu.device, &gpu.queue);
-        let group = self.bind((uniform.binding()?,), &gpu.cache, &gpu.device);
-        Some(MarkJob { window: group, pixels: window.end - window.first })
+    pub(super) fn bind_window(
+        &self,
+        window: WindowUniform,
+        kept: &mut MarkWindow,
+        gpu: &Gpu,
+    ) -> Option<MarkJob> {
+        let MarkWindow { uniform, group } = kept;
+        write_if_changed(uniform, window, &gpu.device, &gpu.queue);
+        let binding = uniform.binding()?;
+        let group = group.get_or_insert_with(|| self.bind((binding,), &gpu.cache, &gpu.device));
+        Some(MarkJob { window: group.clone(), pixels: window.end - window.first })
     }
 }

@@ -1,5 +1,5 @@
 // What the passes of screen-space occlusion know of a view, and how they keep what each of its pixels shows.
-// The Rust side is `views.rs`.
+// The Rust side is `uniform.rs`.
 
 #define_import_path bevy_contextual_ao::screen_space
 
@@ -11,6 +11,12 @@ struct ScreenSpaceView {
     // How far away is looked for what occludes, and how far it must be in front; world units.
     radius: f32,
     bias: f32,
+}
+
+// Points of the half ball around the z axis, in radii, so many of them.
+struct Kernel {
+    points: array<vec4<f32>, 256>,
+    samples: u32,
 }
 
 // What a pixel shows: its distance from the plane through the camera, world units, and its unit normal

@@ -46,6 +46,7 @@ impl Plugin for ScreenSpacePlugin {
         };
         render_app
             .init_gpu_resource::<views::ScreenSpaceViews>()
+            .init_gpu_resource::<views::ScreenSpaceUniforms>()
             .init_gpu_resource::<SpecializedRenderPipelines<darken::DarkenPipeline>>()
             .add_systems(AskForPipelines, ask_for_pipelines.before(ask))
             .add_systems(

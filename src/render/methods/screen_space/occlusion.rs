@@ -5,11 +5,11 @@ use bevy::{
     prelude::*,
     render::render_resource::{
         BindGroupLayoutEntries, ShaderStages, StorageTextureAccess, TextureSampleType,
-        binding_types::{storage_buffer_read_only, texture_2d, texture_storage_2d, uniform_buffer},
+        binding_types::{texture_2d, texture_storage_2d, uniform_buffer},
     },
 };
 
-use super::uniform::ScreenSpaceUniform;
+use super::uniform::{KernelUniform, ScreenSpaceUniform};
 use crate::render::gpu::{
     compute_pass::{ComputePass, PassDescriptor},
     formats::Formats,
@@ -25,7 +25,7 @@ impl FromWorld for OcclusionPass {
             ShaderStages::COMPUTE,
             (
                 uniform_buffer::<ScreenSpaceUniform>(false),
-                storage_buffer_read_only::<Vec<Vec4>>(false),
+                uniform_buffer::<KernelUniform>(false),
                 texture_2d(TextureSampleType::Uint),
                 texture_storage_2d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
             ),

@@ -5,11 +5,10 @@
 // VTK turns the kernel by random angles; here each of 4x4 pixels has one of 16 even ones, so that a blur over
 // 4x4 has them all.
 
-#import bevy_contextual_ao::screen_space::{FAR, ScreenSpaceView, unpack_surface, view_position}
+#import bevy_contextual_ao::screen_space::{FAR, Kernel, ScreenSpaceView, unpack_surface, view_position}
 
 @group(0) @binding(0) var<uniform> view: ScreenSpaceView;
-// Points of the half ball around the z axis, in radii.
-@group(0) @binding(1) var<storage, read> kernel: array<vec4<f32>>;
+@group(0) @binding(1) var<uniform> kernel: Kernel;
 @group(0) @binding(2) var surfaces: texture_2d<u32>;
 #ifdef STORE_R8
 @group(0) @binding(3) var factors: texture_storage_2d<r8unorm, write>;
@@ -33,7 +32,7 @@ fn occlusion(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let surface = unpack_surface(textureLoad(surfaces, id.xy, 0));
-    let samples = arrayLength(&kernel);
+    let samples = kernel.samples;
     var hidden = 0.0;
     if surface.depth < FAR {
         let center = view_position(view, vec2<f32>(id.xy) + 0.5, surface.depth);
@@ -47,7 +46,7 @@ fn occlusion(@builtin(global_invocation_id) id: vec3<u32>) {
         tangent = normalize(tangent);
         let bitangent = cross(normal, tangent);
         for (var k = 0u; k < samples; k += 1u) {
-            let offset = view.radius * kernel[k].xyz;
+            let offset = view.radius * kernel.points[k].xyz;
             let point = center + tangent * offset.x + bitangent * offset.y + normal * offset.z;
             let clip = view.clip_from_view * vec4(point, 1.0);
             if clip.w <= 0.0 {

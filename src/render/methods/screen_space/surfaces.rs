@@ -4,8 +4,8 @@ use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::render_resource::{
-        BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, ShaderStages, StorageTextureAccess,
-        TextureSampleType, TextureView, UniformBuffer,
+        BindGroup, BindGroupLayoutEntries, BindGroupLayoutEntry, BindingResource, ShaderStages,
+        StorageTextureAccess, TextureSampleType, TextureView,
         binding_types::{
             texture_2d, texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
         },
@@ -89,15 +89,11 @@ impl SurfacePasses {
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
-        (window, opacity_threshold): (WindowUniform, f32),
+        [window, opacity_threshold]: [BindingResource; 2],
         [before, written]: [&TextureView; 2],
         gpu: &Gpu,
     ) -> Option<[BindGroup; 2]> {
-        let mut window = UniformBuffer::from(window);
-        window.write_buffer(&gpu.device, &gpu.queue);
-        let mut threshold = UniformBuffer::from(opacity_threshold);
-        threshold.write_buffer(&gpu.device, &gpu.queue);
-        let own = (window.binding()?, threshold.binding()?, before, written);
+        let own = (window, opacity_threshold, before, written);
         Some([volume.groups()?.lit.clone(), self.volume.bind(own, &gpu.cache, &gpu.device)])
     }
 }

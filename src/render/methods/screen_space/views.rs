@@ -7,9 +7,9 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, CachedRenderPipelineId, Extent3d, SpecializedRenderPipelines,
-            StorageBuffer, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
-            UniformBuffer,
+            TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView, UniformBuffer,
         },
+        sync_world::MainEntity,
         texture::TextureCache,
         view::ViewTarget,
     },
@@ -18,13 +18,13 @@ use bevy::{
 use super::{
     darken::{DarkenKey, DarkenPipeline},
     passes::ScreenSpacePasses,
-    uniform::{SURFACE_FORMAT, ScreenSpaceUniform},
+    uniform::{KernelUniform, SURFACE_FORMAT, ScreenSpaceUniform},
 };
 use crate::{
     occlusion::ScreenSpaceOcclusion,
     render::{
         extract::{ExtractedScene, ExtractedVolume},
-        gpu::device::Gpu,
+        gpu::{device::Gpu, uniforms::BuffersOf},
         methods::pipelines::MethodPipelines,
         volumes::store::{VolumeResources, VolumeStore},
         windows::{VolumeWindows, WindowUniform},
@@ -35,6 +35,27 @@ use crate::{
 /// The passes over the views of this frame that are shaded, by the views' entities.
 #[derive(Resource, Default)]
 pub(crate) struct ScreenSpaceViews(pub EntityHashMap<ViewJob>);
+
+/// What views, and volumes in them, are described by.
+#[derive(Resource, Default)]
+pub(super) struct ScreenSpaceUniforms {
+    views: BuffersOf<Entity, UniformBuffer<ScreenSpaceUniform>>,
+    kernels: BuffersOf<Entity, UniformBuffer<KernelUniform>>,
+    windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
+    thresholds: BuffersOf<VolumeInView, UniformBuffer<f32>>,
+}
+
+/// The entity of a view, and of a volume in the main world.
+type VolumeInView = (Entity, MainEntity);
+
+impl ScreenSpaceUniforms {
+    fn begin_frame(&mut self) {
+        self.views.begin_frame();
+        self.kernels.begin_frame();
+        self.windows.begin_frame();
+        self.thresholds.begin_frame();
+    }
+}
 
 /// The passes over one view.
 pub(crate) struct ViewJob {
@@ -53,6 +74,7 @@ pub(crate) struct ViewJob {
 
 /// A volume in a view.
 struct SeenVolume<'a> {
+    entity: MainEntity,
     resources: &'a VolumeResources,
     window: WindowUniform,
     settings: ScreenSpaceOcclusion,
@@ -68,6 +90,7 @@ pub(crate) struct JobParts<'w> {
     darken: Res<'w, DarkenPipeline>,
     darken_pipelines: ResMut<'w, SpecializedRenderPipelines<DarkenPipeline>>,
     textures: ResMut<'w, TextureCache>,
+    uniforms: ResMut<'w, ScreenSpaceUniforms>,
     gpu: Gpu<'w>,
 }
 
@@ -82,6 +105,7 @@ pub(crate) fn prepare_views(
     mut jobs: ResMut<ScreenSpaceViews>,
 ) {
     jobs.0.clear();
+    parts.uniforms.begin_frame();
     let mut seen = EntityHashMap::<Vec<SeenVolume>>::default();
     let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
@@ -98,15 +122,16 @@ pub(crate) fn prepare_views(
             continue;
         }
         for view in windows.onto(volume.entity) {
-            let window = view.uniform;
-            seen.entry(view.view).or_default().push(SeenVolume { resources, window, settings, radius, bias });
+            let (entity, window) = (volume.entity, view.uniform);
+            let seen = seen.entry(view.view).or_default();
+            seen.push(SeenVolume { entity, resources, window, settings, radius, bias });
         }
     }
     for (entity, volumes) in seen {
         let Ok((target, prepass)) = cameras.get(entity) else {
             continue;
         };
-        if let Some(job) = parts.job(&volumes, target.main_texture_format(), prepass) {
+        if let Some(job) = parts.job(entity, &volumes, target.main_texture_format(), prepass) {
             jobs.0.insert(entity, job);
         }
     }
@@ -115,6 +140,7 @@ pub(crate) fn prepare_views(
 impl JobParts<'_> {
     fn job(
         &mut self,
+        entity: Entity,
         volumes: &[SeenVolume],
         format: TextureFormat,
         prepass: Option<&ViewPrepassTextures>,
@@ -129,25 +155,24 @@ impl JobParts<'_> {
         let window = volumes.first()?.window;
         let viewport = window.viewport;
         let size = UVec2::new(viewport.z as u32, viewport.w as u32);
-        let mut view = UniformBuffer::from(ScreenSpaceUniform {
+        let view = ScreenSpaceUniform {
             clip_from_view: window.view_from_clip.inverse(),
             view_from_clip: window.view_from_clip,
             viewport,
             radius: most(|volume| volume.radius),
             bias: most(|volume| volume.bias),
-        });
-        let points: Vec<_> = settings.kernel().into_iter().map(|point| point.extend(0.0)).collect();
-        let mut kernel = StorageBuffer::from(points);
-        let Gpu { device, queue, cache, .. } = &self.gpu;
-        view.write_buffer(device, queue);
-        kernel.write_buffer(device, queue);
+        };
+        let (gpu, uniforms) = (&self.gpu, &mut *self.uniforms);
+        let view = uniforms.views.write(entity, view, gpu)?;
+        let kernel = uniforms.kernels.write(entity, KernelUniform::of(&settings), gpu)?;
+        let Gpu { device, cache, .. } = gpu;
         let mut texture = |format| {
             let descriptor = view_texture(size, format);
             self.textures.get(device, descriptor).default_view
         };
         // Each pass reads what the one before wrote.
         let surfaces = [texture(SURFACE_FORMAT), texture(SURFACE_FORMAT)];
-        let factors = texture(self.gpu.formats.scalar);
+        let factors = texture(gpu.formats.scalar);
         let last = &surfaces[volumes.len() % 2];
         let passes = &self.passes;
         let depth = prepass.and_then(|prepass| prepass.depth.as_ref());
@@ -156,20 +181,22 @@ impl JobParts<'_> {
         let opaque = match depth {
             Some(depth) => {
                 let depth: &TextureView = &depth.texture.default_view;
-                opaque.bind((view.binding()?, &surfaces[0], depth), cache, device)
+                opaque.bind((view.clone(), &surfaces[0], depth), cache, device)
             }
-            None => opaque.bind((view.binding()?, &surfaces[0]), cache, device),
+            None => opaque.bind((view.clone(), &surfaces[0]), cache, device),
         };
         let bind_volume = |(k, volume): (usize, &SeenVolume)| {
-            let window = (volume.window, volume.settings.opacity_threshold);
+            let key = (entity, volume.entity);
+            let window = uniforms.windows.write(key, volume.window, gpu)?;
+            let threshold = uniforms.thresholds.write(key, volume.settings.opacity_threshold, gpu)?;
             let between = [&surfaces[k % 2], &surfaces[(k + 1) % 2]];
-            passes.surfaces.bind_volume(volume.resources, window, between, &self.gpu)
+            passes.surfaces.bind_volume(volume.resources, [window, threshold], between, gpu)
         };
         let volumes = volumes.iter().enumerate().map(bind_volume).collect::<Option<_>>()?;
         let darken = device.create_bind_group(
             "contextual_ao_darken",
             &cache.get_bind_group_layout(&self.darken.layout),
-            &BindGroupEntries::sequential((view.binding()?, &factors, last)),
+            &BindGroupEntries::sequential((view.clone(), &factors, last)),
         );
         let key = DarkenKey { format, blurs: settings.blur };
         Some(ViewJob {
@@ -178,11 +205,7 @@ impl JobParts<'_> {
             depth_samples,
             opaque,
             volumes,
-            occlusion: passes.occlusion.bind(
-                (view.binding()?, kernel.binding()?, last, &factors),
-                cache,
-                device,
-            ),
+            occlusion: passes.occlusion.bind((view.clone(), kernel, last, &factors), cache, device),
             darken,
             darken_pipeline: self.darken_pipelines.specialize(cache, &self.darken, key),
         })
