@@ -1,4 +1,4 @@
-//! Moving, turning and scaling the cutters with pointer and keys.
+//! Moving, turning and scaling the carvers with pointer and keys.
 
 use bevy::{
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
@@ -9,25 +9,25 @@ use bevy_contextual_ao::prelude::*;
 use bevy_egui::input::egui_wants_any_keyboard_input;
 use bevy_panorbit_camera::PanOrbitCamera;
 
-use super::cutters::Cutter;
+use super::carvers::Carver;
 
 /// What keys and pointer do, for the panel.
 pub const HELP: [[&str; 2]; 13] = [
-    ["drag a cutter", "move it"],
+    ["drag a carver", "move it"],
     ["scroll over it", "nearer, farther"],
     ["drag elsewhere", "orbit (right: pan, scroll: zoom)"],
-    ["Tab", "select the next cutter"],
+    ["Tab", "select the next carver"],
     ["Q  E", "nearer, farther"],
     ["W A S D, arrows", "rotate"],
     ["Z  X", "smaller, larger"],
     ["Space", "remove or keep what is inside"],
-    ["R", "all cutters back to their start"],
+    ["R", "all carvers back to their start"],
     ["1 to 5", "shading mode"],
     ["Delete", "remove the selected point"],
     ["P", "save a picture"],
     ["drop a file", "open it"],
 ];
-/// Share of the distance to the camera by which one notch of the wheel moves a cutter.
+/// Share of the distance to the camera by which one notch of the wheel moves a carver.
 const DEPTH_PER_NOTCH: f32 = 0.015;
 /// The same per second while a key is held.
 const DEPTH_PER_SECOND: f32 = 0.15;
@@ -54,7 +54,7 @@ impl Plugin for HandsPlugin {
     }
 }
 
-/// The cutters that pointer and keys act on.
+/// The carvers that pointer and keys act on.
 #[derive(Resource, Default)]
 pub struct Hand {
     /// Moved by keys.
@@ -64,10 +64,10 @@ pub struct Hand {
 }
 
 /// The scene's camera; the panel's has no orbit.
-type Eye = (With<PanOrbitCamera>, Without<Cutter>);
+type Eye = (With<PanOrbitCamera>, Without<Carver>);
 
-fn grab(press: On<Pointer<Press>>, cutters: Query<(), With<Cutter>>, mut hand: ResMut<Hand>) {
-    if press.button == PointerButton::Primary && cutters.contains(press.entity) {
+fn grab(press: On<Pointer<Press>>, carvers: Query<(), With<Carver>>, mut hand: ResMut<Hand>) {
+    if press.button == PointerButton::Primary && carvers.contains(press.entity) {
         hand.selected = Some(press.entity);
         hand.grabbed = Some(press.entity);
     }
@@ -79,37 +79,37 @@ fn let_go(buttons: Res<ButtonInput<MouseButton>>, mut hand: ResMut<Hand>) {
     }
 }
 
-/// Moves a cutter as the pointer moves in the plane that faces the camera and holds its centre.
+/// Moves a carver as the pointer moves in the plane that faces the camera and holds its centre.
 fn drag(
     drag: On<Pointer<Drag>>,
-    mut cutters: Query<&mut Transform, With<Cutter>>,
+    mut carvers: Query<&mut Transform, With<Carver>>,
     cameras: Query<(&Camera, &GlobalTransform), Eye>,
 ) -> Result {
-    let (PointerButton::Primary, Ok(mut cutter)) = (drag.button, cutters.get_mut(drag.entity)) else {
+    let (PointerButton::Primary, Ok(mut carver)) = (drag.button, carvers.get_mut(drag.entity)) else {
         return Ok(());
     };
     let (camera, eye) = cameras.single()?;
     let plane = InfinitePlane3d::new(eye.forward());
     let pointed_at = |position: Vec2| {
         let ray = camera.viewport_to_world(eye, position).ok()?;
-        ray.plane_intersection_point(cutter.translation, plane)
+        ray.plane_intersection_point(carver.translation, plane)
     };
     let now = drag.pointer_location.position;
-    // Nothing is pointed at where the cutter is behind the camera.
+    // Nothing is pointed at where the carver is behind the camera.
     if let (Some(from), Some(to)) = (pointed_at(now - drag.delta), pointed_at(now)) {
-        cutter.translation += to - from;
+        carver.translation += to - from;
     }
     Ok(())
 }
 
-/// The cutter that scrolling acts on: the one in the hand, or else the one under the idle pointer.
-fn cutter_under_pointer(
+/// The carver that scrolling acts on: the one in the hand, or else the one under the idle pointer.
+fn carver_under_pointer(
     hand: &Hand,
     buttons: &ButtonInput<MouseButton>,
-    cutters: &Query<(Entity, &Hovered), With<Cutter>>,
+    carvers: &Query<(Entity, &Hovered), With<Carver>>,
 ) -> Option<Entity> {
     let is_idle = buttons.get_pressed().len() == 0;
-    let hovered = || cutters.iter().find(|(_, hovered)| hovered.get());
+    let hovered = || carvers.iter().find(|(_, hovered)| hovered.get());
     hand.grabbed.or_else(|| hovered().filter(|_| is_idle).map(|(entity, _)| entity))
 }
 
@@ -117,8 +117,8 @@ fn scroll(
     wheel: Res<AccumulatedMouseScroll>,
     hand: Res<Hand>,
     buttons: Res<ButtonInput<MouseButton>>,
-    hovered: Query<(Entity, &Hovered), With<Cutter>>,
-    mut cutters: Query<&mut Transform, With<Cutter>>,
+    hovered: Query<(Entity, &Hovered), With<Carver>>,
+    mut carvers: Query<&mut Transform, With<Carver>>,
     cameras: Query<&GlobalTransform, Eye>,
 ) -> Result {
     if wheel.delta.y == 0.0 {
@@ -128,26 +128,26 @@ fn scroll(
         MouseScrollUnit::Line => wheel.delta.y,
         MouseScrollUnit::Pixel => wheel.delta.y * NOTCHES_PER_PIXEL,
     };
-    if let Some(entity) = cutter_under_pointer(&hand, &buttons, &hovered) {
-        push(&mut *cutters.get_mut(entity)?, cameras.single()?, notches * DEPTH_PER_NOTCH);
+    if let Some(entity) = carver_under_pointer(&hand, &buttons, &hovered) {
+        push(&mut *carvers.get_mut(entity)?, cameras.single()?, notches * DEPTH_PER_NOTCH);
     }
     Ok(())
 }
 
-/// Moves a cutter away from the camera by a share of its distance.
-fn push(cutter: &mut Transform, eye: &GlobalTransform, share: f32) {
-    let distance = eye.translation().distance(cutter.translation);
-    cutter.translation += eye.forward() * (share * distance);
+/// Moves a carver away from the camera by a share of its distance.
+fn push(carver: &mut Transform, eye: &GlobalTransform, share: f32) {
+    let distance = eye.translation().distance(carver.translation);
+    carver.translation += eye.forward() * (share * distance);
 }
 
-/// The camera may have the pointer and the wheel where no cutter wants them.
+/// The camera may have the pointer and the wheel where no carver wants them.
 fn lend_pointer_to_camera(
     hand: Res<Hand>,
     buttons: Res<ButtonInput<MouseButton>>,
-    hovered: Query<(Entity, &Hovered), With<Cutter>>,
+    hovered: Query<(Entity, &Hovered), With<Carver>>,
     mut cameras: Query<&mut PanOrbitCamera>,
 ) {
-    let is_free = cutter_under_pointer(&hand, &buttons, &hovered).is_none();
+    let is_free = carver_under_pointer(&hand, &buttons, &hovered).is_none();
     for mut camera in &mut cameras {
         if camera.enabled != is_free {
             camera.enabled = is_free;
@@ -155,47 +155,47 @@ fn lend_pointer_to_camera(
     }
 }
 
-fn select_next(keys: Res<ButtonInput<KeyCode>>, cutters: Query<(Entity, &Cutter)>, mut hand: ResMut<Hand>) {
+fn select_next(keys: Res<ButtonInput<KeyCode>>, carvers: Query<(Entity, &Carver)>, mut hand: ResMut<Hand>) {
     if !keys.just_pressed(KeyCode::Tab) {
         return;
     }
-    let mut order: Vec<_> = cutters.iter().collect();
-    order.sort_by_key(|(_, cutter)| cutter.index);
+    let mut order: Vec<_> = carvers.iter().collect();
+    order.sort_by_key(|(_, carver)| carver.index);
     let selected = order.iter().position(|&(entity, _)| hand.selected == Some(entity));
     let next = selected.map_or(0, |index| index + 1);
     hand.selected = order.get(next).or(order.first()).map(|&(entity, _)| entity);
 }
 
-fn toggle_operation(keys: Res<ButtonInput<KeyCode>>, hand: Res<Hand>, mut cutters: Query<&mut ClipMesh>) {
+fn toggle_operation(keys: Res<ButtonInput<KeyCode>>, hand: Res<Hand>, mut carvers: Query<&mut ClipMesh>) {
     if !keys.just_pressed(KeyCode::Space) {
         return;
     }
-    if let Some(mut cutter) = hand.selected.and_then(|entity| cutters.get_mut(entity).ok()) {
-        cutter.operation = match cutter.operation {
+    if let Some(mut carver) = hand.selected.and_then(|entity| carvers.get_mut(entity).ok()) {
+        carver.operation = match carver.operation {
             ClipOperation::Subtract => ClipOperation::Intersect,
             _ => ClipOperation::Subtract,
         };
     }
 }
 
-fn reset(keys: Res<ButtonInput<KeyCode>>, mut cutters: Query<(&Cutter, &mut Transform, &mut ClipMesh)>) {
+fn reset(keys: Res<ButtonInput<KeyCode>>, mut carvers: Query<(&Carver, &mut Transform, &mut ClipMesh)>) {
     if keys.just_pressed(KeyCode::KeyR) {
-        for (cutter, mut transform, mut clip) in &mut cutters {
-            *transform = cutter.home;
+        for (carver, mut transform, mut clip) in &mut carvers {
+            *transform = carver.home;
             clip.set_if_neq(ClipMesh::default());
         }
     }
 }
 
-/// Moves, turns and scales the selected cutter while keys are held.
+/// Moves, turns and scales the selected carver while keys are held.
 fn press_keys(
     keys: Res<ButtonInput<KeyCode>>,
     time: Res<Time>,
     hand: Res<Hand>,
-    mut cutters: Query<&mut Transform, With<Cutter>>,
+    mut carvers: Query<&mut Transform, With<Carver>>,
     cameras: Query<&GlobalTransform, Eye>,
 ) -> Result {
-    let Some(mut cutter) = hand.selected.and_then(|entity| cutters.get_mut(entity).ok()) else {
+    let Some(mut carver) = hand.selected.and_then(|entity| carvers.get_mut(entity).ok()) else {
         return Ok(());
     };
     let axis = |less: &[KeyCode], more: &[KeyCode]| {
@@ -213,10 +213,10 @@ fn press_keys(
         return Ok(());
     }
     let eye = cameras.single()?;
-    push(&mut cutter, eye, depth * DEPTH_PER_SECOND);
-    cutter.scale *= (growth * GROWTH_PER_SECOND).exp();
+    push(&mut carver, eye, depth * DEPTH_PER_SECOND);
+    carver.scale *= (growth * GROWTH_PER_SECOND).exp();
     let [pitch, yaw] = (turn * TURN_PER_SECOND).to_array();
-    cutter.rotate(Quat::from_axis_angle(*eye.right(), pitch) * Quat::from_axis_angle(*eye.up(), yaw));
+    carver.rotate(Quat::from_axis_angle(*eye.right(), pitch) * Quat::from_axis_angle(*eye.up(), yaw));
     Ok(())
 }
 

@@ -4,8 +4,8 @@
 //! sets the shading and the transfer function, and shows what each pass takes. Files dropped on the window are
 //! opened.
 
+mod carvers;
 mod content;
-mod cutters;
 mod digits;
 mod dropping;
 mod file_panel;
@@ -84,7 +84,7 @@ fn main() -> AppExit {
             loading::LoadingPlugin,
             dropping::DroppingPlugin,
             view::ViewPlugin,
-            cutters::CuttersPlugin,
+            carvers::CarversPlugin,
             hands::HandsPlugin,
             panel::PanelPlugin,
             picture::PicturePlugin,

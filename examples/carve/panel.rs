@@ -18,8 +18,8 @@ use bevy_panorbit_camera::PanOrbitCamera;
 use contextual_ao_kit::mode::ShadingMode;
 
 use super::{
+    carvers::Carver,
     content::Content,
-    cutters::Cutter,
     file_panel::{self, Files},
     hands::{HELP, Hand},
     loading::{FunctionSource, Shown},
@@ -66,10 +66,10 @@ struct Readings<'w, 's> {
     diagnostics: Res<'w, DiagnosticsStore>,
     status: Res<'w, RenderStatus>,
     hand: Res<'w, Hand>,
-    cutters: Query<'w, 's, (&'static Cutter, &'static ClipMesh)>,
+    carvers: Query<'w, 's, (&'static Carver, &'static ClipMesh)>,
 }
 
-/// The Tab key selects cutters here, not widgets.
+/// The Tab key selects carvers here, not widgets.
 fn keep_tab_key(mut inputs: Query<&mut EguiInput>) {
     let is_tab = |event: &egui::Event| matches!(event, egui::Event::Key { key: egui::Key::Tab, .. });
     for mut input in &mut inputs {
@@ -159,7 +159,7 @@ fn show(
                         ui.separator();
                     }
                 }
-                show_cutter(ui, &readings);
+                show_carver(ui, &readings);
                 timings::show(
                     ui,
                     &readings.diagnostics,
@@ -216,14 +216,14 @@ fn edit_function(
     }
 }
 
-fn show_cutter(ui: &mut Ui, readings: &Readings) {
+fn show_carver(ui: &mut Ui, readings: &Readings) {
     let selected = readings.hand.selected;
-    if let Some((cutter, clip)) = selected.and_then(|entity| readings.cutters.get(entity).ok()) {
+    if let Some((carver, clip)) = selected.and_then(|entity| readings.carvers.get(entity).ok()) {
         let does = match clip.operation {
             ClipOperation::Subtract => "removes what is inside",
             _ => "keeps what is inside",
         };
-        ui.label(format!("selected: {}, {does}", cutter.name));
+        ui.label(format!("selected: {}, {does}", carver.name));
     }
 }
 

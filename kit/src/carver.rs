@@ -1,10 +1,10 @@
-//! Cutters, from the command line and otherwise.
+//! Carvers, from the command line and otherwise.
 
 use bevy::{mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::WORLD_UNITS_PER_MM};
 use std::str::FromStr;
 
-/// A cutter; lengths in mm, about the volume's centre.
+/// A carver; lengths in mm, about the volume's centre.
 #[derive(Clone, Debug)]
 pub struct Carver {
     /// What it looks like.
@@ -17,7 +17,7 @@ pub struct Carver {
     pub keeps: bool,
 }
 
-/// The shape of a cutter, mm.
+/// The shape of a carver, mm.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     /// A ball.
@@ -31,7 +31,7 @@ pub enum Shape {
 }
 
 impl Carver {
-    /// A cutter that is not turned.
+    /// A carver that is not turned.
     pub fn new(shape: Shape, position: Vec3) -> Self {
         Self { shape, position, rotation: Quat::IDENTITY, keeps: false }
     }

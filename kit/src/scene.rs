@@ -38,7 +38,7 @@ pub struct SceneOptions {
     pub preset: Option<Preset>,
     #[command(flatten)]
     pub budget: BudgetOptions,
-    /// A cutter, in mm from the volume's centre (x to the patient's left, y up, z to the front):
+    /// A carver, in mm from the volume's centre (x to the patient's left, y up, z to the front):
     /// sphere:x,y,z,r  box:x,y,z,a,b,c  torus:x,y,z,R,r  cylinder:x,y,z,r,h, each optionally
     /// followed by three angles in degrees; with `keep:` in front it keeps what is inside.
     #[arg(long = "carver", allow_hyphen_values = true)]
@@ -65,7 +65,7 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
-    /// A optimization to do without (see `Optimizations`), or `all`; several may be given.
+    /// An optimization to do without (see `Optimizations`), or `all`; several may be given.
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
     /// Start view rays by a fixed pattern.

@@ -1,4 +1,4 @@
-//! The three cutters: their shapes, where they start and how they look.
+//! The three carvers: their shapes, where they start and how they look.
 
 use bevy::{camera::primitives::Aabb, mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -6,24 +6,24 @@ use core::f32::consts::{FRAC_PI_2, TAU};
 
 use super::{hands::Hand, view};
 
-pub struct CuttersPlugin;
+pub struct CarversPlugin;
 
-impl Plugin for CuttersPlugin {
+impl Plugin for CarversPlugin {
     fn build(&self, app: &mut App) {
-        app.add_observer(place_cutters).add_systems(Update, paint);
+        app.add_observer(place_carvers).add_systems(Update, paint);
     }
 }
 
-/// A shape that is moved by hand. Cutters are numbered from 0, in the order of the Tab key.
+/// A shape that is moved by hand. Carvers are numbered from 0, in the order of the Tab key.
 #[derive(Component)]
-pub struct Cutter {
+pub struct Carver {
     pub index: usize,
     pub name: &'static str,
     /// Where it starts and returns to.
     pub home: Transform,
 }
 
-/// The coat of a cutter: drawn faintly over the whole shape, or as its outline.
+/// The coat of a carver: drawn faintly over the whole shape, or as its outline.
 #[derive(Component, Clone, Copy)]
 enum Coat {
     Body,
@@ -36,7 +36,7 @@ const RING_TUBE: f32 = 0.3;
 const BOX: Vec3 = Vec3::new(1.0, 0.6, 0.6);
 /// Radius of the lines of an outline, where the shape has a radius of 1.
 const LINE_RADIUS: f32 = 0.01;
-/// Draws cutters after the volume, wherever they are: they are tools, not part of the picture. In diagonals of
+/// Draws carvers after the volume, wherever they are: they are tools, not part of the picture. In diagonals of
 /// the volume's box.
 const IN_FRONT: f32 = 100.0;
 const SUBTRACTING: Srgba = Srgba::rgb(0.42, 0.78, 1.0);
@@ -44,7 +44,7 @@ const INTERSECTING: Srgba = Srgba::rgb(0.55, 1.0, 0.45);
 /// Opacity of body and outline: at rest, selected, under the pointer or in the hand.
 const OPACITIES: [[f32; 2]; 3] = [[0.01, 0.35], [0.02, 0.65], [0.05, 0.95]];
 
-/// Name, size and place of a cutter: in units of the smallest half side of the volume's box, and
+/// Name, size and place of a carver: in units of the smallest half side of the volume's box, and
 /// from its middle in units of its half sides.
 type Start = (&'static str, f32, Vec3, Quat);
 
@@ -56,13 +56,13 @@ fn starts() -> [Start; 3] {
     ]
 }
 
-/// Puts cutters to a volume that has come, in place of those of a volume of another size.
-fn place_cutters(
+/// Puts carvers to a volume that has come, in place of those of a volume of another size.
+fn place_carvers(
     loaded: On<VolumeLoaded>,
     mut commands: Commands,
-    volumes: Query<(&Volume3d, &Transform), Without<Cutter>>,
+    volumes: Query<(&Volume3d, &Transform), Without<Carver>>,
     assets: Res<Assets<Volume>>,
-    cutters: Query<(Entity, &Cutter)>,
+    carvers: Query<(Entity, &Carver)>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut hand: ResMut<Hand>,
@@ -73,19 +73,19 @@ fn place_cutters(
         return Ok(());
     };
     let homes = starts().map(|start| home(&bounds, start));
-    if !cutters.is_empty() && cutters.iter().all(|(_, cutter)| cutter.home == homes[cutter.index]) {
+    if !carvers.is_empty() && carvers.iter().all(|(_, carver)| carver.home == homes[carver.index]) {
         return Ok(());
     }
-    for (cutter, _) in &cutters {
-        commands.entity(cutter).despawn();
+    for (carver, _) in &carvers {
+        commands.entity(carver).despawn();
     }
     *hand = Hand::default();
     let in_front = IN_FRONT * bounds.half_extents.length();
     for (index, (home, (name, ..))) in homes.into_iter().zip(starts()).enumerate() {
         let (body, outline) = shape(index)?;
-        let cutter = commands
+        let carver = commands
             .spawn((
-                Cutter { index, name, home },
+                Carver { index, name, home },
                 ClipMesh::default(),
                 home,
                 Mesh3d(meshes.add(body)),
@@ -101,13 +101,13 @@ fn place_cutters(
             ))
             .id();
         if index == 0 {
-            hand.selected = Some(cutter);
+            hand.selected = Some(carver);
         }
     }
     Ok(())
 }
 
-/// Where a cutter begins, in a volume's box.
+/// Where a carver begins, in a volume's box.
 fn home(bounds: &Aabb, (_, size, place, rotation): Start) -> Transform {
     let (center, half) = (Vec3::from(bounds.center), Vec3::from(bounds.half_extents));
     Transform { translation: center + place * half, rotation, scale: Vec3::splat(size * half.min_element()) }
@@ -117,7 +117,7 @@ fn coat_material(in_front: f32) -> StandardMaterial {
     StandardMaterial { alpha_mode: AlphaMode::Blend, unlit: true, depth_bias: in_front, ..default() }
 }
 
-/// The closed mesh of a cutter, and its outline.
+/// The closed mesh of a carver, and its outline.
 fn shape(index: usize) -> Result<(Mesh, Mesh), MeshMergeError> {
     let around_x = Quat::from_rotation_x(FRAC_PI_2);
     let around_z = Quat::from_rotation_z(FRAC_PI_2);
@@ -179,14 +179,14 @@ fn merged(parts: impl IntoIterator<Item = Mesh>) -> Result<Mesh, MeshMergeError>
     Ok(all)
 }
 
-/// Colours cutters by what they do, and brighter in the hand.
+/// Colours carvers by what they do, and brighter in the hand.
 fn paint(
     hand: Res<Hand>,
-    cutters: Query<(Entity, &ClipMesh, &Hovered, &Children), With<Cutter>>,
+    carvers: Query<(Entity, &ClipMesh, &Hovered, &Children), With<Carver>>,
     coats: Query<(&Coat, &MeshMaterial3d<StandardMaterial>)>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    for (entity, clip, hovered, outline) in &cutters {
+    for (entity, clip, hovered, outline) in &carvers {
         let color = match clip.operation {
             ClipOperation::Subtract => SUBTRACTING,
             _ => INTERSECTING,
