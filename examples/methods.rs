@@ -1,4 +1,4 @@
-//! The methods of ambient occlusion: keys 1 to 6 choose one, 0 shows the volume without.
+//! Methods of ambient occlusion: keys 1 to 6 choose a method, 0 shows the volume without occlusion.
 
 use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -17,7 +17,7 @@ fn main() {
 fn setup(mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>) {
     let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
     let view = Transform::from_xyz(-0.3, 0.15, 0.45).looking_at(Vec3::ZERO, Vec3::Y);
-    // Colours as the transfer function has them.
+    // Shows the colours of the transfer function unchanged.
     commands.spawn((Camera3d::default(), Tonemapping::None, near, view));
     let head = VolumeBundle::new(assets.load("head_phantom.nrrd"))
         .with_transfer_function(assets.load("head_phantom.tf.ron"));
@@ -25,7 +25,7 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<As
     commands.spawn((ClipMesh::default(), Mesh3d(meshes.add(Sphere::new(0.05)))));
 }
 
-/// Keys change the settings; the window's title says what is shown.
+/// Changes the settings by keys, and writes the name of the method into the window's title.
 fn choose(
     keys: Res<ButtonInput<KeyCode>>,
     mut volumes: Query<(&mut AmbientOcclusion, &mut VolumeShading)>,
@@ -48,7 +48,7 @@ fn choose(
     }
 }
 
-/// Carves to and fro.
+/// Moves the carvers to and fro.
 fn swing(time: Res<Time>, mut carvers: Query<&mut Transform, With<ClipMesh>>) {
     for mut carver in &mut carvers {
         let swing = (0.5 * time.elapsed_secs()).sin();

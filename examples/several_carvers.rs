@@ -1,10 +1,10 @@
-//! Three carvers at once: a sphere cuts, a ring turns and cuts, a box keeps what is inside it.
+//! Three carvers at once: a sphere cuts, a ring turns and cuts, a box keeps its inside.
 
 use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 use std::f32::consts::FRAC_PI_2;
 
-/// Turns.
+/// Marks a carver that turns.
 #[derive(Component)]
 struct Turning;
 
@@ -24,7 +24,7 @@ fn setup(
 ) {
     let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
     let view = Transform::from_xyz(-0.25, 0.2, 0.45).looking_at(Vec3::ZERO, Vec3::Y);
-    // Colours as the transfer function has them.
+    // Shows the colours of the transfer function unchanged.
     commands.spawn((Camera3d::default(), Tonemapping::None, near, view));
     commands.spawn((DirectionalLight { illuminance: light_consts::lux::OVERCAST_DAY, ..default() }, view));
     let head = VolumeBundle::new(assets.load("head_phantom.nrrd"))
@@ -34,7 +34,7 @@ fn setup(
     let sphere = Mesh3d(meshes.add(Sphere::new(0.05)));
     commands.spawn((ClipMesh::default(), sphere, Transform::from_xyz(-0.03, 0.08, 0.07)));
 
-    // With a material a carver is drawn as well.
+    // A carver with a material is drawn as well.
     let ring = Mesh3d(meshes.add(Torus { minor_radius: 0.006, major_radius: 0.07 }));
     let steel = MeshMaterial3d(materials.add(Color::srgb(0.7, 0.72, 0.75)));
     let lying = Transform::from_xyz(0.0, -0.02, 0.06).with_rotation(Quat::from_rotation_x(FRAC_PI_2));

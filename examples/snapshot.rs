@@ -15,13 +15,13 @@ use std::path::PathBuf;
 struct Options {
     #[command(flatten)]
     scene: SceneOptions,
-    /// solid, phong, cao, phong_cao or lao.
+    /// Shading mode: solid, phong, cao, phong_cao or lao.
     #[arg(long, default_value = "cao")]
     mode: ShadingMode,
-    /// neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512 or fibonacci:N.
+    /// Ray pattern: neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512 or fibonacci:N.
     #[arg(long, default_value_t = RayPattern::default())]
     pattern: RayPattern,
-    /// Where the image goes.
+    /// File that the image is written to.
     #[arg(long, default_value = "snapshot.png")]
     out: PathBuf,
 }

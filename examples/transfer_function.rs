@@ -3,7 +3,7 @@
 use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
-/// The function of the head.
+/// Transfer function of the head.
 #[derive(Resource)]
 struct Function(Handle<TransferFunction>);
 
@@ -35,7 +35,7 @@ fn function(skin_opacity: f32) -> TransferFunction {
 fn setup(mut commands: Commands, assets: Res<AssetServer>, mut functions: ResMut<Assets<TransferFunction>>) {
     let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
     let view = Transform::from_xyz(0.25, 0.15, 0.5).looking_at(Vec3::ZERO, Vec3::Y);
-    // Colours as the transfer function has them.
+    // Shows the colours of the transfer function unchanged.
     commands.spawn((Camera3d::default(), Tonemapping::None, near, view));
     let handle = functions.add(function(0.8));
     let head = VolumeBundle::new(assets.load("head_phantom.nrrd"));
@@ -51,7 +51,7 @@ fn toggle_skin(
 ) {
     if keys.just_pressed(KeyCode::Space) {
         *is_off = !*is_off;
-        // Whatever shows the function changes in the same frame.
+        // Volumes that show the function change in the same frame.
         if let Some(mut shown) = functions.get_mut(&handle.0) {
             *shown = function(if *is_off { 0.0 } else { 0.8 });
         }

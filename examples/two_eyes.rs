@@ -3,7 +3,7 @@
 use bevy::{camera::Viewport, core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
-/// Between the eyes, metres.
+/// Distance between the eyes, metres.
 const APART: f32 = 0.064;
 
 /// 0 is the left eye, 1 the right one.
@@ -43,7 +43,7 @@ fn split_window(windows: Query<&Window, Changed<Window>>, mut eyes: Query<(&mut 
     }
 }
 
-/// Carves to and fro.
+/// Moves the carvers to and fro.
 fn swing(time: Res<Time>, mut carvers: Query<&mut Transform, With<ClipMesh>>) {
     for mut carver in &mut carvers {
         let swing = (0.5 * time.elapsed_secs()).sin();

@@ -1,4 +1,4 @@
-//! The three carvers: their shapes, where they start and how they look.
+//! The three carvers: their shapes, starts and looks.
 
 use bevy::{camera::primitives::Aabb, mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -14,12 +14,12 @@ impl Plugin for CarversPlugin {
     }
 }
 
-/// A shape that is moved by hand. Carvers are numbered from 0, in the order of the Tab key.
+/// A carver that is moved by hand. Carvers are numbered from 0, in the order of the Tab key.
 #[derive(Component)]
 pub struct Carver {
     pub index: usize,
     pub name: &'static str,
-    /// Where it starts and returns to.
+    /// Transform at the start and after a reset.
     pub home: Transform,
 }
 
@@ -30,22 +30,22 @@ enum Coat {
     Outline,
 }
 
-/// Radius of the tube of the ring; that around which it bends is 1.
+/// Radius of the ring's tube. The tube bends around a circle of radius 1.
 const RING_TUBE: f32 = 0.3;
-/// Half the edges of the box.
+/// Half the size of the box.
 const BOX: Vec3 = Vec3::new(1.0, 0.6, 0.6);
 /// Radius of the lines of an outline, where the shape has a radius of 1.
 const LINE_RADIUS: f32 = 0.01;
-/// Draws carvers after the volume, wherever they are: they are tools, not part of the picture. In diagonals of
-/// the volume's box.
+/// Depth bias in diagonals of the volume's box. Carvers are drawn after the volume, wherever they are: they are not
+/// part of the picture.
 const IN_FRONT: f32 = 100.0;
 const SUBTRACTING: Srgba = Srgba::rgb(0.42, 0.78, 1.0);
 const INTERSECTING: Srgba = Srgba::rgb(0.55, 1.0, 0.45);
 /// Opacity of body and outline: at rest, selected, under the pointer or in the hand.
 const OPACITIES: [[f32; 2]; 3] = [[0.01, 0.35], [0.02, 0.65], [0.05, 0.95]];
 
-/// Name, size and place of a carver: in units of the smallest half side of the volume's box, and
-/// from its middle in units of its half sides.
+/// Name, size, place and rotation of a carver. The size is in units of the smallest half side of the volume's box.
+/// The place is from the box's middle, in units of its half sides.
 type Start = (&'static str, f32, Vec3, Quat);
 
 fn starts() -> [Start; 3] {
@@ -56,7 +56,7 @@ fn starts() -> [Start; 3] {
     ]
 }
 
-/// Puts carvers to a volume that has come, in place of those of a volume of another size.
+/// Gives carvers to a loaded volume, in place of those of a volume of another size.
 fn place_carvers(
     loaded: On<VolumeLoaded>,
     mut commands: Commands,
@@ -107,7 +107,7 @@ fn place_carvers(
     Ok(())
 }
 
-/// Where a carver begins, in a volume's box.
+/// Start of a carver in a volume's box.
 fn home(bounds: &Aabb, (_, size, place, rotation): Start) -> Transform {
     let (center, half) = (Vec3::from(bounds.center), Vec3::from(bounds.half_extents));
     Transform { translation: center + place * half, rotation, scale: Vec3::splat(size * half.min_element()) }
@@ -179,7 +179,7 @@ fn merged(parts: impl IntoIterator<Item = Mesh>) -> Result<Mesh, MeshMergeError>
     Ok(all)
 }
 
-/// Colours carvers by what they do, and brighter in the hand.
+/// Colours carvers by their operation. A carver in the hand is brighter.
 fn paint(
     hand: Res<Hand>,
     carvers: Query<(Entity, &ClipMesh, &Hovered, &Children), With<Carver>>,

@@ -1,23 +1,23 @@
-//! What the panel tells of a volume.
+//! Facts about a volume for the panel.
 
 use bevy_contextual_ao::prelude::*;
 
 use super::digits::significant;
 
-/// Bars of the histogram behind the transfer function.
+/// Number of bars of the histogram behind the transfer function.
 const HISTOGRAM_BARS: usize = 512;
 /// A histogram of a large volume counts about this many of its voxels.
 const HISTOGRAM_SAMPLES: usize = 1 << 20;
 
-/// What is known of a volume that has been read.
+/// Facts about a volume that has been read.
 pub struct Content {
-    /// Its voxels, in one line.
+    /// Dimensions and spacing of the voxels, in one line.
     pub summary: String,
     /// The smallest distance between voxels, mm.
     pub voxel_mm: f32,
     /// Smallest and largest value.
     pub range: [f32; 2],
-    /// How common values are, evenly spaced over the range: 0 to 1, logarithmic.
+    /// Frequency of values, evenly spaced over the range: 0 to 1, logarithmic.
     pub histogram: Vec<f32>,
 }
 

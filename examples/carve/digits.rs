@@ -1,20 +1,20 @@
-//! Numbers with as many digits as their size asks for.
+//! Numbers with as many digits as their size needs.
 
-/// Digits that tell one value from its neighbours.
+/// Number of digits that tell a value from its neighbours.
 const DIGITS: i32 = 3;
 
-/// Decimals in which values of a range of this width differ, so that a thousandth of it shows.
+/// Number of decimals that tell values of a range of this width apart: a thousandth of the width shows.
 pub fn decimals(width: f32) -> usize {
     let magnitude = width.abs().log10().floor();
-    // No width, or none that is finite.
+    // The width is zero or not finite.
     if !magnitude.is_finite() {
         return DIGITS as usize;
     }
-    // Single precision holds no more.
+    // Single precision holds no more decimals.
     (DIGITS - magnitude as i32).clamp(0, 45) as usize
 }
 
-/// A value in three significant digits, or as many as it has before the point, without zeros that say nothing.
+/// Formats a value in three significant digits, or in all digits before the point, without needless zeros.
 pub fn significant(value: f32) -> String {
     let text = format!("{value:.*}", decimals(value).saturating_sub(1));
     match text.contains('.') {

@@ -11,14 +11,14 @@ impl Plugin for DroppingPlugin {
     }
 }
 
-/// Asks for a file to be shown in place of what is there.
+/// Asks to show a file in place of the current file.
 #[derive(Event, Clone, Debug, PartialEq, Eq)]
 pub struct OpenFile {
     pub path: PathBuf,
     pub kind: FileKind,
 }
 
-/// Tells that a file cannot be shown, and why.
+/// Tells that a file cannot be shown, and the reason.
 #[derive(Event, Clone, Debug, PartialEq, Eq)]
 pub struct CannotOpen(pub String);
 
@@ -26,7 +26,7 @@ pub struct CannotOpen(pub String);
 #[derive(Resource, Default, PartialEq, Eq)]
 pub struct Hovering(pub bool);
 
-/// What a file holds, by its name.
+/// Content of a file, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     Volume,
@@ -37,7 +37,7 @@ impl FileKind {
     const VOLUME: [&str; 8] = [".nii", ".nii.gz", ".hdr", ".hdr.gz", ".nrrd", ".nhdr", ".mha", ".mhd"];
     const TRANSFER_FUNCTION: [&str; 3] = [".vp", ".vp.json", ".tf.ron"];
 
-    /// The kind of a file, or why it is none.
+    /// Kind of a file, or the reason why it has none.
     pub fn of(path: &Path) -> Result<Self, String> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let lower = name.to_ascii_lowercase();

@@ -1,4 +1,4 @@
-//! The part of the panel that is about files.
+//! Part of the panel about files.
 
 use bevy::{asset::LoadState, ecs::system::SystemParam, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -12,7 +12,7 @@ use super::{
 
 const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 
-/// What is going on with files.
+/// State of the files.
 #[derive(SystemParam)]
 pub struct Files<'w> {
     assets: Res<'w, AssetServer>,
@@ -21,7 +21,7 @@ pub struct Files<'w> {
     picture: Res<'w, SavedPicture>,
 }
 
-/// What is shown, what is being read, and what went wrong.
+/// Shows the current file, files that are being read, and errors.
 pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready: OcclusionReady) {
     ui.strong(&shown.name);
     if files.hovering.0 {
@@ -46,7 +46,7 @@ pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready:
         (None, Some(LoadState::Failed(_))) => {
             ui.weak("nothing to show");
         }
-        // How much of the file has been read is not known.
+        // The share of the file that has been read is not known.
         (None, _) => {
             let sweep = (ui.input(|input| input.time) % 1.0) as f32;
             ui.add(ProgressBar::new(sweep).text("reading the file"));
@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready:
     }
 }
 
-/// A menu of presets; returns the one that was chosen now.
+/// Shows a menu of presets, and returns the preset that was chosen now.
 pub fn choose_preset(ui: &mut Ui, source: FunctionSource) -> Option<Preset> {
     let current = match source {
         FunctionSource::Volume => "from the volume",

@@ -11,7 +11,7 @@ use bevy_panorbit_camera::PanOrbitCamera;
 
 use super::carvers::Carver;
 
-/// What keys and pointer do, for the panel.
+/// Effects of keys and pointer, for the panel.
 pub const HELP: [[&str; 2]; 13] = [
     ["drag a carver", "move it"],
     ["scroll over it", "nearer, farther"],
@@ -29,11 +29,11 @@ pub const HELP: [[&str; 2]; 13] = [
 ];
 /// Share of the distance to the camera by which one notch of the wheel moves a carver.
 const DEPTH_PER_NOTCH: f32 = 0.015;
-/// The same per second while a key is held.
+/// The same share per second, while a key is held.
 const DEPTH_PER_SECOND: f32 = 0.15;
 /// Notches of a wheel in one pixel of a touch pad.
 const NOTCHES_PER_PIXEL: f32 = 0.02;
-/// Radians per second.
+/// Turn of a carver, radians per second.
 const TURN_PER_SECOND: f32 = 1.2;
 /// Natural logarithm of the scale, per second.
 const GROWTH_PER_SECOND: f32 = 0.7;
@@ -57,13 +57,13 @@ impl Plugin for HandsPlugin {
 /// The carvers that pointer and keys act on.
 #[derive(Resource, Default)]
 pub struct Hand {
-    /// Moved by keys.
+    /// The carver that keys move.
     pub selected: Option<Entity>,
-    /// Being dragged.
+    /// The carver that is dragged.
     pub grabbed: Option<Entity>,
 }
 
-/// The scene's camera; the panel's has no orbit.
+/// The scene's camera; the panel's camera has no orbit.
 type Eye = (With<PanOrbitCamera>, Without<Carver>);
 
 fn grab(press: On<Pointer<Press>>, carvers: Query<(), With<Carver>>, mut hand: ResMut<Hand>) {
@@ -79,7 +79,7 @@ fn let_go(buttons: Res<ButtonInput<MouseButton>>, mut hand: ResMut<Hand>) {
     }
 }
 
-/// Moves a carver as the pointer moves in the plane that faces the camera and holds its centre.
+/// Moves a carver with the pointer, in the plane that faces the camera and holds the carver's centre.
 fn drag(
     drag: On<Pointer<Drag>>,
     mut carvers: Query<&mut Transform, With<Carver>>,
@@ -95,14 +95,14 @@ fn drag(
         ray.plane_intersection_point(carver.translation, plane)
     };
     let now = drag.pointer_location.position;
-    // Nothing is pointed at where the carver is behind the camera.
+    // The pointer meets no plane if the carver is behind the camera.
     if let (Some(from), Some(to)) = (pointed_at(now - drag.delta), pointed_at(now)) {
         carver.translation += to - from;
     }
     Ok(())
 }
 
-/// The carver that scrolling acts on: the one in the hand, or else the one under the idle pointer.
+/// The carver that scrolling acts on: the carver in the hand, or else the carver under the idle pointer.
 fn carver_under_pointer(
     hand: &Hand,
     buttons: &ButtonInput<MouseButton>,
@@ -140,7 +140,7 @@ fn push(carver: &mut Transform, eye: &GlobalTransform, share: f32) {
     carver.translation += eye.forward() * (share * distance);
 }
 
-/// The camera may have the pointer and the wheel where no carver wants them.
+/// Lets the camera have the pointer and the wheel while no carver needs them.
 fn lend_pointer_to_camera(
     hand: Res<Hand>,
     buttons: Res<ButtonInput<MouseButton>>,
@@ -208,7 +208,7 @@ fn press_keys(
         axis(&[KeyCode::KeyW, KeyCode::ArrowUp], &[KeyCode::KeyS, KeyCode::ArrowDown]),
         axis(&[KeyCode::KeyA, KeyCode::ArrowLeft], &[KeyCode::KeyD, KeyCode::ArrowRight]),
     );
-    // Untouched, it must not count as changed.
+    // An untouched carver must not count as changed.
     if (depth, growth, turn) == (0.0, 0.0, Vec2::ZERO) {
         return Ok(());
     }

@@ -1,5 +1,5 @@
-//! Opens volumes and transfer functions, and keeps what went wrong. What is shown stays until the new file is
-//! there: a file that cannot be read changes nothing.
+//! Opens volumes and transfer functions, and keeps errors. The current file stays until the new file is there: a file
+//! that cannot be read changes nothing.
 
 use bevy::{
     asset::{AssetLoadError, AssetPath, LoadState, UntypedAssetId},
@@ -36,22 +36,22 @@ impl Plugin for LoadingPlugin {
     }
 }
 
-/// What the panel says about the volume.
+/// State of the volume for the panel.
 #[derive(Resource, Default)]
 pub struct Shown {
-    /// The name of the volume's file.
+    /// Name of the volume's file.
     pub name: String,
-    /// What is known of the volume once it has been read.
+    /// Facts about the volume once it has been read.
     pub content: Option<Content>,
-    /// Where the transfer function is from.
+    /// Source of the transfer function.
     pub function: FunctionSource,
-    /// Why files could not be shown.
+    /// Reasons why files could not be shown.
     pub errors: Vec<String>,
     /// The volume before, which comes back if the new one cannot be shown.
     before: Option<Handle<Volume>>,
 }
 
-/// Where a transfer function is from: one from a file stays when another volume is opened.
+/// Source of a transfer function. A function from a file stays when another volume is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FunctionSource {
     /// Guessed from the volume's histogram, or the generated head's own.
@@ -101,7 +101,7 @@ fn open_first(
     commands.spawn(bundle);
 }
 
-/// The place of a file given relative to the working directory.
+/// Asset path of a file given relative to the working directory.
 fn outside_assets(file: &Path) -> AssetPath<'static> {
     let absolute = std::path::absolute(file).unwrap_or_else(|_| PathBuf::from(file));
     AssetPath::from_path_buf(absolute)
@@ -138,7 +138,7 @@ fn show_opened(
     mut shown: ResMut<Shown>,
     mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
 ) {
-    // Untouched, it must not count as changed.
+    // Untouched components must not count as changed.
     if !opening.is_busy() {
         return;
     }
@@ -165,7 +165,7 @@ fn show_opened(
     }
 }
 
-/// Whether a file has been read, or could not be; keeps the reason.
+/// Whether a file has been read, or could not be read; keeps the reason.
 fn is_read(
     assets: &AssetServer,
     id: impl Into<UntypedAssetId>,
@@ -188,7 +188,7 @@ fn note(errors: &mut Vec<String>, error: String) {
     }
 }
 
-/// Describes a volume that is shown; the one before is not needed any more.
+/// Describes a volume that is shown. The volume before is not needed any more.
 fn describe(
     loaded: On<VolumeLoaded>,
     assets: Res<AssetServer>,
@@ -206,8 +206,8 @@ fn describe(
     shown.before = None;
 }
 
-/// Keeps what went wrong. A volume that cannot be shown leaves its place to the one before; a volume without
-/// its transfer function gets the automatic one.
+/// Keeps the reason of a failure. A volume that cannot be shown leaves its place to the volume before. A volume
+/// without its transfer function gets the automatic function.
 fn note_failure(
     failed: On<VolumeFailed>,
     assets: Res<AssetServer>,
@@ -229,7 +229,7 @@ fn note_failure(
     }
 }
 
-/// Replaces transfer functions that are a file's, or nobody's, by ones that can be edited.
+/// Replaces transfer functions of a file, or of nobody, by functions that can be edited.
 fn own_function(
     assets: Res<AssetServer>,
     volumes: Res<Assets<Volume>>,

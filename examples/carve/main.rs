@@ -1,8 +1,7 @@
 //! Carves a volume by hand in a window: `cargo run --release --example carve -- [FILE]`.
 //!
-//! Drag the sphere, the box and the ring through the head; the panel on the left explains the keys,
-//! sets the shading and the transfer function, and shows what each pass takes. Files dropped on the window are
-//! opened.
+//! Drag the sphere, the box and the ring through the head. The panel on the left explains the keys and sets the
+//! shading and the transfer function. It also shows the time of each pass. Files dropped on the window are opened.
 
 mod carvers;
 mod content;
@@ -34,7 +33,7 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd. A generated head if left out.
     file: Option<PathBuf>,
-    /// Which volume of a file that holds several, as a time series does, counted from zero.
+    /// Index of the volume in a file that holds several, such as a time series; counted from zero.
     #[arg(long, value_name = "N", requires = "file")]
     component: Option<u32>,
     /// Colours and opacities: a volume property of 3D Slicer (.vp, .vp.json) or .tf.ron.
@@ -49,7 +48,7 @@ pub struct Arguments {
 }
 
 const BACKGROUND: Color = Color::srgb(0.09, 0.095, 0.105);
-/// Where the generated head lies: in the project's folder, which need not be where it was built.
+/// Folder of the generated head, in the project's folder. The project may lie elsewhere than where it was built.
 fn assets_folder() -> String {
     let project = std::env::var("CARGO_MANIFEST_DIR");
     format!("{}/assets", project.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")))
@@ -66,7 +65,7 @@ fn main() -> AppExit {
             DefaultPlugins
                 .set(AssetPlugin {
                     file_path: assets_folder(),
-                    // Files named on the command line lie anywhere.
+                    // Files named on the command line may lie anywhere.
                     unapproved_path_mode: UnapprovedPathMode::Allow,
                     ..default()
                 })

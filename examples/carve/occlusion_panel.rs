@@ -1,4 +1,4 @@
-//! The part of the panel that says how ambient occlusion is computed.
+//! Part of the panel with the settings of ambient occlusion.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{
@@ -13,13 +13,13 @@ use bevy_egui::egui::{ComboBox, Slider, Ui};
 
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
-/// Lengths are chosen from so many voxels.
+/// Ranges of lengths, voxels.
 const STEP_VOXELS: [f32; 2] = [0.1, 10.0];
 const RADIUS_VOXELS: [f32; 2] = [1.0, 60.0];
 const BIAS_VOXELS: [f32; 2] = [0.0, 5.0];
 
-/// A slider for a length, whose range follows the size of a voxel. The length is set when the slider is moved; until
-/// then it is `unset_mm`.
+/// A slider for a length, whose range follows the size of a voxel. The length is set when the slider is moved. Until
+/// then the slider shows `unset_mm`.
 fn length_slider(
     ui: &mut Ui,
     text: &str,
@@ -36,7 +36,7 @@ fn length_slider(
     }
 }
 
-/// The transfer function is where an isovalue is from; the ranges of lengths follow the volume's voxels.
+/// Shows the settings. Isovalues come from the transfer function; ranges of lengths follow the volume's voxels.
 pub fn show(
     ui: &mut Ui,
     mut occlusion: Mut<AmbientOcclusion>,
@@ -81,7 +81,7 @@ fn show_rays(ui: &mut Ui, new: &mut OcclusionRays, sky: &mut Sky, geometry: &Vol
         RayPattern::Neighborhood26,
         RayPattern::Rubik54,
         RayPattern::Sphere512,
-        // Of as many rays as there are now.
+        // Has as many rays as the current pattern.
         RayPattern::Fibonacci(rays),
     ];
     let name = |pattern: RayPattern| match pattern {
@@ -105,7 +105,7 @@ fn show_rays(ui: &mut Ui, new: &mut OcclusionRays, sky: &mut Sky, geometry: &Vol
     show_sky(ui, sky);
 }
 
-/// An even sky, or a cloudy one in a direction of the volume: +y is up.
+/// Chooses an even sky, or a cloudy sky in a direction of the volume: +y is up.
 fn show_sky(ui: &mut Ui, sky: &mut Sky) {
     ui.horizontal_wrapped(|ui| {
         ui.label("light from");
@@ -119,7 +119,7 @@ fn show_sky(ui: &mut Ui, sky: &mut Sky) {
     });
 }
 
-/// What stops the light, and whether it alone is drawn.
+/// Chooses the surface that stops the light, and whether it alone is drawn.
 fn show_surface(ui: &mut Ui, surface: &mut SweepingSurface, function: Option<&TransferFunction>) {
     let guessed = function.and_then(TransferFunction::isovalue).unwrap_or_default();
     let value = surface.isovalue().unwrap_or(guessed);

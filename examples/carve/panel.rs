@@ -31,7 +31,7 @@ use super::{
 /// Width of the panel, in points of the screen.
 const WIDTH: f32 = 330.0;
 const PADDING: f32 = 10.0;
-/// Dragging is for points and sliders.
+/// Dragging moves points and sliders, and does not scroll.
 const SCROLLED_BY: ScrollSource = ScrollSource { drag: false, ..ScrollSource::ALL };
 const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
 
@@ -59,7 +59,7 @@ type ShownVolume = (
     &'static mut VolumeShading,
 );
 
-/// What the panel only reads.
+/// Data that the panel only reads.
 #[derive(SystemParam)]
 struct Readings<'w, 's> {
     volumes: Res<'w, Assets<Volume>>,
@@ -69,7 +69,7 @@ struct Readings<'w, 's> {
     carvers: Query<'w, 's, (&'static Carver, &'static ClipMesh)>,
 }
 
-/// The Tab key selects carvers here, not widgets.
+/// Keeps the Tab key for selecting carvers, not widgets.
 fn keep_tab_key(mut inputs: Query<&mut EguiInput>) {
     let is_tab = |event: &egui::Event| matches!(event, egui::Event::Key { key: egui::Key::Tab, .. });
     for mut input in &mut inputs {
@@ -77,7 +77,7 @@ fn keep_tab_key(mut inputs: Query<&mut EguiInput>) {
     }
 }
 
-/// Gives the scene's camera what the panel leaves free of the window.
+/// Gives the scene's camera the part of the window that the panel leaves free.
 fn leave_room(
     windows: Query<&Window, With<PrimaryWindow>>,
     mut cameras: Query<&mut Camera, With<PanOrbitCamera>>,
@@ -97,7 +97,7 @@ fn leave_room(
     }
 }
 
-/// The values of another volume are others.
+/// Resets the editor: another volume has other values.
 fn show_all_values(_: On<VolumeLoaded>, mut editor: ResMut<TransferEditor>) {
     *editor = default();
 }
@@ -175,7 +175,7 @@ fn show(
     Ok(())
 }
 
-/// A slider keeps the keyboard after it was used; only fields that are being written in may.
+/// Takes the keyboard from a slider after its use. Only text fields that are being edited may keep it.
 fn give_keys_back(context: &egui::Context) {
     if !context.text_edit_focused()
         && let Some(focused) = context.memory(|memory| memory.focused())

@@ -23,7 +23,7 @@ impl Plugin for PicturePlugin {
     }
 }
 
-/// What became of the last picture, for the panel: the name of its file, or why it was not saved.
+/// Result of the last picture, for the panel: the name of its file, or the reason why it was not saved.
 #[derive(Resource, Default)]
 pub struct SavedPicture(pub Option<Result<String, String>>);
 
@@ -47,7 +47,7 @@ fn save(
     saved.0 = Some(result);
 }
 
-/// Writes what a viewport shows of an image of the window to a new file in a folder; returns its name.
+/// Crops an image of the window to a viewport, and writes it to a new file in a folder. Returns the file's name.
 pub fn save_numbered(image: &Image, viewport: Option<&Viewport>, folder: &Path) -> Result<String, String> {
     let picture = image.clone().try_into_dynamic().map_err(|error| format!("no picture: {error}"))?;
     let picture = match viewport {
@@ -69,7 +69,7 @@ fn of(path: &Path, error: io::Error) -> String {
     format!("{}: {error}", path.display())
 }
 
-/// A file that was not there before: `STEM-001.png`, or the first number that is free.
+/// Creates a file that was not there before: `STEM-001.png`, or the first number that is free.
 pub fn create_numbered(folder: &Path, stem: &str) -> Result<(PathBuf, File), (PathBuf, io::Error)> {
     let mut number = 1;
     loop {

@@ -1,4 +1,4 @@
-//! The part of the panel that tells what the passes cost.
+//! Part of the panel with the costs of the passes.
 
 use bevy::{
     diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
@@ -15,12 +15,12 @@ use std::{
 const STALE: Duration = Duration::from_secs(2);
 const BYTES_PER_MIB: f64 = 1_048_576.0;
 
-/// When each pass last ran.
+/// Jobs of each pass, and the time of its last run.
 #[derive(Default)]
 pub struct LastRuns(HashMap<&'static str, (u64, Instant)>);
 
 impl LastRuns {
-    /// Whether a pass that has done `jobs` since the start did one lately.
+    /// Whether a pass did a job lately. `jobs` is the number of its jobs since the start.
     fn is_recent(&mut self, pass: &'static str, jobs: u64) -> bool {
         match self.0.get(pass) {
             Some((before, at)) if *before == jobs => at.elapsed() < STALE,
@@ -32,7 +32,7 @@ impl LastRuns {
     }
 }
 
-/// Shows what each pass took, how often it ran, and what is held on the GPU.
+/// Shows the time of each pass, the number of its runs, and the resources on the GPU.
 pub fn show(
     ui: &mut Ui,
     diagnostics: &DiagnosticsStore,

@@ -10,28 +10,28 @@ use bevy_egui::egui::{
 use super::{content::Content, digits::decimals};
 
 const HEIGHT: f32 = 150.0;
-/// Points are caught from this far, and drawn this large, in points of the screen.
+/// Distance from which points are caught, and the radius of their drawing, in points of the screen.
 const CATCH_RADIUS: f32 = 12.0;
 const POINT_RADIUS: f32 = 4.5;
 /// Width of a stripe of the curve, in points of the screen.
 const STRIPE_WIDTH: f32 = 1.0;
-/// How much one pixel of scrolling zooms.
+/// Zoom of one pixel of scrolling.
 const ZOOM_PER_PIXEL: f32 = 0.004;
 /// The narrowest visible range, as a share of the whole.
 const SMALLEST_VIEW: f32 = 1e-3;
-/// The whole range shows this share more on either side.
+/// Share that the whole range shows more on either side.
 const MARGIN: f32 = 0.03;
-/// The unit of opacity is chosen from so many voxels.
+/// Range of the unit of opacity, voxels.
 const UNIT_DISTANCE_VOXELS: [f32; 2] = [0.05, 50.0];
 /// Pixels of dragging that change a value by the width of the visible range.
 const PIXELS_PER_VIEW: f32 = 500.0;
 const MATT: Color32 = Color32::from_gray(28);
 const HISTOGRAM: Color32 = Color32::from_gray(62);
 
-/// What the editor remembers between frames.
+/// State of the editor between frames.
 #[derive(Resource, Default)]
 pub struct TransferEditor {
-    /// The values at its left and right end; all of them at first.
+    /// Values at the left and right end; `None` shows all values.
     view: Option<[f32; 2]>,
     selected: Option<usize>,
     is_dragging: bool,
@@ -58,7 +58,7 @@ pub fn show(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFun
     show_unit(ui, function, content);
 }
 
-/// Values to the right, opacity upwards.
+/// Maps values to the right and opacity upwards.
 fn screen_of([left, right]: [f32; 2], rect: Rect) -> RectTransform {
     let inner = rect.shrink2(vec2(0.0, POINT_RADIUS + 1.0));
     // The upper side of the curve's rectangle is opacity 1.
@@ -66,7 +66,7 @@ fn screen_of([left, right]: [f32; 2], rect: Rect) -> RectTransform {
     RectTransform::from_to(values, inner)
 }
 
-/// All values of the volume and all points.
+/// Range of all values of the volume and of all points.
 fn whole_view(function: &TransferFunction, content: &Content) -> [f32; 2] {
     let values = function.points.iter().map(|point| point.value);
     let low = values.clone().fold(content.range[0], f32::min);
@@ -146,7 +146,7 @@ fn move_view(
     let Some(pointer) = response.hover_pos() else {
         return;
     };
-    // Taken from the panel, which would scroll too.
+    // Takes the scrolling from the panel, which would scroll too.
     let scrolled = ui.input_mut(|input| core::mem::take(&mut input.smooth_scroll_delta.y));
     if scrolled == 0.0 {
         return;
@@ -210,7 +210,7 @@ fn draw(
     }
 }
 
-/// A colour as egui has it.
+/// Converts a colour to egui's type.
 fn display(color: [f32; 3]) -> Color32 {
     let [red, green, blue] = bytes(color);
     Color32::from_rgb(red, green, blue)
@@ -220,7 +220,7 @@ fn bytes(color: [f32; 3]) -> [u8; 3] {
     color.map(|share| (share * 255.0).round() as u8)
 }
 
-/// The selected point in numbers, with the digits that tell values of the view apart.
+/// Shows the selected point in numbers, with the digits that tell values of the view apart.
 fn show_selected(
     ui: &mut Ui,
     editor: &mut TransferEditor,

@@ -1,4 +1,4 @@
-//! The cameras: the scene's, which shows all of a volume when it has come, and the panel's.
+//! Cameras of the scene and of the panel. The scene's camera shows all of a volume once it is loaded.
 
 use bevy::{
     camera::{CameraOutputMode, visibility::RenderLayers},
@@ -15,7 +15,7 @@ use bevy_panorbit_camera::{FocusBoundsShape, PanOrbitCamera};
 
 use contextual_ao_kit::framing::Framing;
 
-/// Where the camera stands at first, around the volume: to its left and a little above, radians.
+/// First place of the camera around the volume: to its left and a little above, radians.
 const FIRST_YAW: f32 = 0.55;
 const FIRST_PITCH: f32 = 0.25;
 
@@ -31,7 +31,6 @@ fn spawn_camera(mut commands: Commands) {
     commands.spawn(scene_camera());
 }
 
-/// The camera of the scene.
 pub fn scene_camera() -> impl Bundle {
     (
         PanOrbitCamera { yaw: Some(FIRST_YAW), pitch: Some(FIRST_PITCH), ..default() },
@@ -41,7 +40,7 @@ pub fn scene_camera() -> impl Bundle {
     )
 }
 
-/// A camera above that of the scene, which is only as large as what the panel leaves free.
+/// Spawns a camera above the scene's camera. The scene's camera covers only the part that the panel leaves free.
 fn spawn_panel_camera(mut commands: Commands, mut egui_settings: ResMut<EguiGlobalSettings>) {
     egui_settings.auto_create_primary_context = false;
     commands.spawn((
@@ -61,13 +60,13 @@ fn spawn_panel_camera(mut commands: Commands, mut egui_settings: ResMut<EguiGlob
     ));
 }
 
-/// The corners of a volume, in the world.
+/// Corners of a volume in the world.
 pub fn corners(volume: &Volume, transform: &Transform) -> [Vec3; 8] {
     let corners = VolumeGeometry::of(volume).corners();
     corners.map(|corner| transform.transform_point(corner.as_vec3() * WORLD_UNITS_PER_MM))
 }
 
-/// Shows all of a volume that has come; the camera's lengths follow its size.
+/// Shows all of a loaded volume. The camera's lengths follow the volume's size.
 pub fn show_all(
     loaded: On<VolumeLoaded>,
     volumes: Res<Assets<Volume>>,

@@ -1,19 +1,19 @@
-//! Carvers, from the command line and otherwise.
+//! Carvers from the command line or from code.
 
 use bevy::{mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::WORLD_UNITS_PER_MM};
 use std::str::FromStr;
 
-/// A carver; lengths in mm, about the volume's centre.
+/// A carver; lengths in mm, relative to the volume's centre.
 #[derive(Clone, Debug)]
 pub struct Carver {
-    /// What it looks like.
+    /// Shape of the mesh.
     pub shape: Shape,
-    /// Where its centre is.
+    /// Position of the centre.
     pub position: Vec3,
-    /// How it is turned.
+    /// Rotation of the mesh.
     pub rotation: Quat,
-    /// Whether it keeps what is inside it, and cuts away the rest.
+    /// Whether the carver keeps its inside and removes the rest.
     pub keeps: bool,
 }
 
@@ -22,21 +22,20 @@ pub struct Carver {
 pub enum Shape {
     /// A ball.
     Sphere { radius: f32 },
-    /// From face to face.
+    /// A box; `size` is from face to face.
     Box { size: Vec3 },
     /// A tube of radius `tube` along a circle of radius `ring`.
     Torus { ring: f32, tube: f32 },
-    /// Along y.
+    /// A cylinder along y.
     Cylinder { radius: f32, height: f32 },
 }
 
 impl Carver {
-    /// A carver that is not turned.
+    /// Creates a carver that is not turned.
     pub fn new(shape: Shape, position: Vec3) -> Self {
         Self { shape, position, rotation: Quat::IDENTITY, keeps: false }
     }
 
-    /// Spawns it.
     pub fn spawn(&self, world: &mut World) -> Entity {
         let mesh = world.resource_mut::<Assets<Mesh>>().add(self.mesh());
         world.spawn((self.clip_mesh(), Mesh3d(mesh), self.transform())).id()
@@ -109,7 +108,7 @@ impl FromStr for Carver {
     }
 }
 
-/// Numbers with commas between them.
+/// Parses numbers separated by commas.
 fn parse_list(text: &str) -> Result<Vec<f32>, String> {
     text.split(',')
         .map(|part| match part.trim().parse::<f32>() {
@@ -119,7 +118,7 @@ fn parse_list(text: &str) -> Result<Vec<f32>, String> {
         .collect()
 }
 
-/// So many of them.
+/// Parses `N` numbers separated by commas.
 pub fn parse_numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
     parse_list(text)?.try_into().map_err(|_| format!("`{text}`: expected {N} numbers"))
 }

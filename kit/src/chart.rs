@@ -1,5 +1,4 @@
-//! What a chart of speed against accuracy is made of: rows, kept as comma-separated values, and the Pareto
-//! front.
+//! Data of a chart of speed against accuracy: rows, kept as comma-separated values, and the Pareto front.
 
 use std::{collections::HashMap, str::FromStr};
 
@@ -11,35 +10,35 @@ pub const KINDS: [&str; 3] = ["carve", "rest", "edit"];
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     pub scene: String,
-    /// Number along each axis.
+    /// Number of voxels along each axis.
     pub voxels: [u32; 3],
     /// Width and height of the image.
     pub pixels: [u32; 2],
     /// The method.
     pub family: String,
-    /// A short name of the setting, with that of the method.
+    /// Short name of the setting, with the name of the method.
     pub label: String,
-    /// What light the true occlusion was computed for: rows of different light are not compared.
+    /// Light for which the true occlusion was computed. Rows of different light are not compared.
     pub light: String,
-    /// How often each kind of frame was timed.
+    /// Number of times each kind of frame was timed.
     pub frames: u32,
     /// Median milliseconds of each of [`KINDS`].
     pub ms: [f64; 3],
-    /// The same without any occlusion: clipping and drawing alone.
+    /// Median milliseconds without occlusion: clipping and drawing alone.
     pub solid_ms: [f64; 3],
-    /// Of a carve frame of the dense local ambient occlusion of 54 rays, as published.
+    /// Milliseconds of a carve frame of dense local ambient occlusion with 54 rays, as published.
     pub dense_ms: f64,
-    /// Against very many rays, over the voxels that the image reads. None of methods that know no voxels.
+    /// Error against very many rays, over the voxels that the image reads. `None` for methods without voxels.
     pub voxel_error: Option<f64>,
-    /// How many voxels that is.
+    /// Number of voxels compared.
     pub voxels_compared: u64,
-    /// Against the image of very many rays, over all pixels and colours.
+    /// Error against the image of very many rays, over all pixels and colours.
     pub image_error: Option<f64>,
-    /// What the method itself estimates, where that is something else.
+    /// The method's own definition of occlusion, if it is another.
     pub own_definition: String,
-    /// Error of its voxels against that.
+    /// Error of the method's voxels against its own definition.
     pub own_voxel_error: Option<f64>,
-    /// Error of its image against that.
+    /// Error of the method's image against its own definition.
     pub own_image_error: Option<f64>,
 }
 
@@ -70,7 +69,7 @@ const COLUMNS: [&str; 23] = [
 ];
 
 impl Row {
-    /// Time of a kind of frame, of that of dense local ambient occlusion.
+    /// Time of a kind of frame, over that of dense local ambient occlusion.
     pub fn relative(&self, kind: usize) -> f64 {
         self.ms[kind] / self.dense_ms
     }
@@ -135,14 +134,14 @@ impl Row {
     }
 }
 
-/// Rows as text: a comment that says where they are from, the columns' names, a line per row.
+/// Writes rows as text: a comment that names the device, the columns' names, a line per row.
 pub fn to_csv(rows: &[Row], device: &str) -> String {
     let lines = rows.iter().map(|row| row.cells().join(","));
     let head = [format!("# {}", device.replace('\n', " ")), COLUMNS.join(",")];
     head.into_iter().chain(lines).map(|line| line + "\n").collect()
 }
 
-/// Rows from text, and the comment; columns may come in any order.
+/// Reads rows and the comment from text. Columns may come in any order.
 pub fn from_csv(csv: &str) -> Result<(Vec<Row>, String), String> {
     let comment = csv.lines().find_map(|line| line.strip_prefix('#')).unwrap_or_default();
     let mut lines = csv.lines().enumerate().filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
@@ -159,12 +158,12 @@ pub fn from_csv(csv: &str) -> Result<(Vec<Row>, String), String> {
     Ok((rows.collect::<Result<_, _>>()?, comment.trim().to_owned()))
 }
 
-/// A microsecond, or a millionth, is enough.
+/// A number with six decimals: a microsecond, or a millionth, is enough.
 fn number(value: f64) -> String {
     format!("{value:.6}")
 }
 
-/// Cells have no quotes: no commas either.
+/// Text of a cell. Cells have no quotes, so they have no commas.
 fn text(text: &str) -> String {
     text.replace(',', ";").replace('\n', " ")
 }
@@ -182,8 +181,9 @@ fn parse_product<const N: usize>(name: &str, cell: &str) -> Result<[u32; N], Str
     factors.try_into().map_err(|_| format!("{name}: `{cell}` has not {N} numbers"))
 }
 
-/// Of points whose coordinates are better the lower they are, those than which no other is better or as good
-/// in both; from left to right. What is not finite is left out; of points in one place the first counts.
+/// Pareto front of points, from left to right. Lower coordinates are better. A point is on the front if no other
+/// point is better or as good in both. Points that are not finite are left out. Of points in one place the first
+/// counts.
 pub fn pareto_front(points: &[[f64; 2]]) -> Vec<usize> {
     let is_finite = |index: &usize| points[*index].iter().all(|value| value.is_finite());
     let mut order: Vec<usize> = (0..points.len()).filter(is_finite).collect();
@@ -200,7 +200,7 @@ pub fn pareto_front(points: &[[f64; 2]]) -> Vec<usize> {
     order
 }
 
-/// Root mean square of differences, and how many there are; `None` of none.
+/// Root mean square of differences, and their number. `None` without differences.
 pub fn rms(differences: impl IntoIterator<Item = f64>) -> (Option<f64>, u64) {
     let (sum, count) = differences
         .into_iter()

@@ -1,5 +1,5 @@
-//! The devices of apps without a window. `docs/drivers.md` says why they come and go one at a time, and
-//! without names.
+//! Devices of apps without a window. `docs/drivers.md` says why they come and go one at a time, and why their objects
+//! have no names.
 
 use bevy::{
     prelude::*,
@@ -10,18 +10,18 @@ use bevy::{
 };
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// `web`: all devices have what every browser with WebGPU has, and no more.
+/// With `web`, all devices have what every browser with WebGPU has, and no more.
 const LIMITS_VARIABLE: &str = "CONTEXTUAL_AO_TEST_LIMITS";
 
-/// Held by a thread in which a device comes or goes.
+/// Held by a thread that creates or drops a device.
 static COMING_OR_GOING: Mutex<()> = Mutex::new(());
 
-/// Waits until no other thread makes or drops a device, and keeps others from it while this is held.
+/// Waits until no other thread creates or drops a device, and keeps others from it while the guard is held.
 pub fn alone() -> MutexGuard<'static, ()> {
     COMING_OR_GOING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How a device is set up.
+/// Settings of a device.
 pub fn settings() -> WgpuSettings {
     // Compute needs no OpenGL, which complains where there is no window system.
     let mut settings = WgpuSettings { backends: Some(Backends::PRIMARY), ..default() };
@@ -38,9 +38,9 @@ pub fn settings() -> WgpuSettings {
     settings
 }
 
-/// The same, with no more than these limits.
+/// [`settings`] with no more than these limits.
 pub fn limited(limits: WgpuLimits) -> WgpuSettings {
-    // Limits of wgpu have no room for binding arrays, which Bevy uses wherever the device has the feature.
+    // The limits of wgpu have no room for binding arrays, which Bevy uses wherever the device has the feature.
     let binding_arrays = WgpuFeatures::TEXTURE_BINDING_ARRAY
         | WgpuFeatures::BUFFER_BINDING_ARRAY
         | WgpuFeatures::STORAGE_RESOURCE_BINDING_ARRAY;

@@ -44,7 +44,7 @@ use waiting::PATIENCE;
 
 use super::budget::explain;
 
-/// The folder of this project: where Cargo runs it, or a package in it, which need not be where it was built.
+/// Folder of this project. Cargo runs the project or a package in it, possibly elsewhere than where it was built.
 pub fn project_folder() -> PathBuf {
     let package: PathBuf = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default().into();
     let built = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -56,31 +56,31 @@ pub fn project_folder() -> PathBuf {
 pub struct Headless {
     /// The app; its frames are run with [`Headless::frame`].
     pub app: App,
-    /// How long [`Self::until_ready`] waits without anything coming.
+    /// How long [`Self::until_ready`] waits without progress.
     pub patience: Duration,
     target: Handle<Image>,
 }
 
-/// What the renderer complained about.
+/// Errors that the renderer reported.
 #[derive(Resource, Default)]
 struct RenderErrors(Vec<String>);
 
-/// Volumes that could not be shown.
+/// Reasons why volumes could not be shown.
 #[derive(Resource, Default)]
 struct Failures(Vec<String>);
 
 impl Headless {
-    /// An app with the plugin and an image of `size` pixels to render into. `setup` may add more.
+    /// Creates an app with the plugin and an image of `size` pixels to render into. `setup` may add more.
     pub fn new(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
         Self::with_settings(size, device::settings(), setup)
     }
 
-    /// The same, on a device with these settings.
+    /// [`Self::new`] on a device with these settings.
     pub fn with_settings(size: UVec2, settings: WgpuSettings, setup: impl FnOnce(&mut App)) -> Self {
         Self::with_renderer(size, settings, true, setup)
     }
 
-    /// The same, as apps with a window are: frames are drawn while shaders are being compiled.
+    /// [`Self::new`] as in apps with a window: frames are drawn while shaders compile.
     pub fn compiling_in_background(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
         Self::with_renderer(size, device::settings(), false, setup)
     }
@@ -105,7 +105,7 @@ impl Headless {
                 ..default()
             })
             .disable::<WinitPlugin>()
-            // Frame by frame: what is changed before a frame is seen in that frame's image.
+            // Without pipelining, a change made before a frame shows in that frame's image.
             .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
             .disable::<bevy::log::LogPlugin>();
         let alone = device::alone();
@@ -146,35 +146,35 @@ impl Headless {
         format!("{:?}", self.app.world().resource::<RenderAdapterInfo>().device_type) == "Cpu"
     }
 
-    /// What a camera that renders into the image needs.
+    /// Components of a camera that renders into the image.
     pub fn camera(&self) -> impl Bundle {
         (
             Camera3d::default(),
             RenderTarget::Image(self.target.clone().into()),
-            // Shows colours as the transfer function has them.
+            // Shows the colours of the transfer function unchanged.
             Tonemapping::None,
             Msaa::Off,
         )
     }
 
-    /// Runs one frame, and waits for the GPU to finish it. Panics where the renderer was used wrongly.
+    /// Runs one frame and waits for the GPU to finish it. Panics if the renderer reports an error.
     pub fn frame(&mut self) {
         self.app.update();
         let device = self.app.world().resource::<RenderDevice>();
-        // An error means that the device was lost; the frames that follow show nothing.
+        // An error means that the device was lost. Later frames show nothing.
         let _ = device.poll(PollType::wait_indefinitely());
         let errors = &self.app.world().resource::<RenderErrors>().0;
         assert!(errors.is_empty(), "the renderer complains: {}", errors[0]);
     }
 
-    /// Runs so many frames.
+    /// Runs `count` frames.
     pub fn frames(&mut self, count: u32) {
         for _ in 0..count {
             self.frame();
         }
     }
 
-    /// The rendered image, RGBA, rows downwards.
+    /// The rendered image: RGBA, rows from top to bottom.
     pub fn image(&self) -> Vec<u8> {
         let world = self.render_world();
         let images = world.resource::<RenderAssets<GpuImage>>();
@@ -182,12 +182,13 @@ impl Headless {
         read_texture(world, &image.texture)
     }
 
-    /// One value per voxel, 0 to 255, x fastest; empty while there is no such volume.
+    /// First channel of a volume's texture: one value per voxel, 0 to 255, x fastest. Empty while there is no such
+    /// volume.
     pub fn voxels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
         self.channel(volume, which, 0)
     }
 
-    /// The same of another channel.
+    /// [`Self::voxels`] for another channel.
     pub fn channel(&self, volume: Entity, which: VolumeTexture, channel: usize) -> Vec<u8> {
         let Some(texture) = self.texture(volume, which) else {
             return Vec::new();
@@ -197,14 +198,14 @@ impl Headless {
         bytes.into_iter().skip(channel).step_by(bytes_per_voxel).collect()
     }
 
-    /// All bytes of a volume's texture, x fastest; empty while there is no such volume.
+    /// All bytes of a volume's texture, x fastest. Empty while there is no such volume.
     pub fn texels(&self, volume: Entity, which: VolumeTexture) -> Vec<u8> {
         self.texture(volume, which)
             .map(|texture| read_texture(self.render_world(), &texture))
             .unwrap_or_default()
     }
 
-    /// Signed distances of a volume that is swept by an isovalue, mm, x fastest; empty if it is not.
+    /// Signed distances of a volume that is swept by an isovalue, mm, x fastest. Empty for other volumes.
     pub fn signed_distances(&self, volume: Entity) -> Vec<f32> {
         let world = self.render_world();
         let Some(buffer) = world.resource::<VolumeStore>().signed_distances(volume) else {
@@ -219,7 +220,7 @@ impl Headless {
             .collect()
     }
 
-    /// Whether a mask holds for each voxel, x fastest; empty while there is no such volume.
+    /// Whether a mask holds for each voxel, x fastest. Empty while there is no such volume.
     pub fn mask(&self, volume: Entity, which: VoxelMask) -> Vec<bool> {
         let world = self.render_world();
         let store = world.resource::<VolumeStore>();
@@ -252,14 +253,14 @@ impl Headless {
         self.app.sub_app(RenderApp).world()
     }
 
-    /// Milliseconds that a pass took when it last ran.
+    /// Milliseconds of a pass when it last ran.
     pub fn pass_ms(&self, span: &str) -> f64 {
         let status = self.app.world().resource::<RenderStatus>();
         let by_clock = status.passes.clock_ms(span);
         by_clock.or_else(|| latest_gpu_ms(self.diagnostics(), span)).unwrap_or(0.0)
     }
 
-    /// The ray cast's work in a frame; none if no ray was cast.
+    /// Work of the ray cast in one frame. Zero if no ray was cast.
     pub fn count_work(&mut self, volume: Entity) -> Work {
         let world = self.app.world_mut();
         world.insert_resource(CountWork(true));
@@ -268,7 +269,7 @@ impl Headless {
         let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(SPAN_RAY_CAST);
         let before = status(world);
         self.frame();
-        // The counts arrive a few frames later, in which nothing is to be computed.
+        // The counts arrive a few frames later. Nothing may be computed meanwhile.
         self.app.insert_resource(CountWork(false));
         self.set_mode(volume, ShadingMode::Solid);
         self.frames(4);
@@ -279,14 +280,14 @@ impl Headless {
         latest_work(self.diagnostics()).unwrap_or_default()
     }
 
-    /// How a volume is shaded.
+    /// Shading mode of a volume.
     pub fn mode(&self, volume: Entity) -> ShadingMode {
         let world = self.app.world();
         let settings = world.get::<VolumeShading>(volume).zip(world.get::<AmbientOcclusion>(volume));
         settings.map_or_else(default, |(shading, occlusion)| ShadingMode::of(shading, occlusion))
     }
 
-    /// Changes how a volume is shaded.
+    /// Changes the shading mode of a volume.
     pub fn set_mode(&mut self, volume: Entity, mode: ShadingMode) {
         if let Ok(mut volume) = self.app.world_mut().get_entity_mut(volume)
             && let Ok((mut shading, mut occlusion)) =
@@ -296,12 +297,12 @@ impl Headless {
         }
     }
 
-    /// The diagnostics of the frames so far.
+    /// Diagnostics of the frames so far.
     pub fn diagnostics(&self) -> &DiagnosticsStore {
         self.app.world().resource::<DiagnosticsStore>()
     }
 
-    /// Counts how often a schedule runs in the render world; for tests.
+    /// Adds a system to a schedule of the render world; for tests.
     pub fn add_render_system<M>(
         &mut self,
         schedule: impl ScheduleLabel,
@@ -313,27 +314,27 @@ impl Headless {
 
 impl Drop for Headless {
     fn drop(&mut self) {
-        // The device goes with the app.
+        // The device is dropped with the app.
         let _alone = device::alone();
         self.app = App::empty();
     }
 }
 
-/// The voxel at an index of a volume's voxels: x fastest.
+/// Voxel at an index into a volume's voxels, x fastest.
 pub fn voxel_at(index: u32, dimensions: UVec3) -> UVec3 {
     let UVec3 { x, y, .. } = dimensions;
     UVec3::new(index % x, index / x % y, index / (x * y))
 }
 
-/// Pixels that are not the same in two RGBA images of one size. Panics where neither shows anything: nothing would
-/// be compared.
+/// Number of pixels that differ between two RGBA images of one size. Panics if neither image shows anything: the
+/// comparison would be empty.
 pub fn different_pixels(a: &[u8], b: &[u8]) -> usize {
     assert_eq!(a.len(), b.len());
     assert!([a, b].iter().any(|image| image.chunks(4).any(|pixel| *pixel != image[..4])), "nothing is shown");
     a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
 }
 
-/// Copies a texture to the CPU, its rows packed.
+/// Copies a texture to the CPU with packed rows.
 fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
     let size = texture.size();
     let row = size.width as usize * texture.format().block_copy_size(None).unwrap_or(1) as usize;
@@ -356,7 +357,7 @@ fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
     bytes.chunks(padded).flat_map(|line| &line[..row]).copied().collect()
 }
 
-/// So many bytes of what `copy` puts into a buffer.
+/// Reads back `size` bytes that `copy` puts into a buffer.
 fn read_back(render_world: &World, size: u64, copy: impl FnOnce(&mut CommandEncoder, &Buffer)) -> Vec<u8> {
     let device = render_world.resource::<RenderDevice>();
     let queue = render_world.resource::<RenderQueue>();

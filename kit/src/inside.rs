@@ -1,5 +1,4 @@
-//! Which points are inside a closed mesh, by winding number: the reference that what is carved with
-//! a mesh is compared against.
+//! Test for points inside a closed mesh, by winding number: the reference for carving with that mesh.
 
 use super::shapes::Triangles;
 use bevy::prelude::*;
@@ -9,12 +8,11 @@ use parry3d::{
     shape::TriMesh,
 };
 
-/// Directions to cast rays in. They are parallel to no face or edge that a shape made from round
-/// numbers is likely to have.
+/// Directions of rays. A shape made from round numbers is unlikely to have a face or an edge parallel to them.
 const DIRECTIONS: [[f32; 3]; 3] =
     [[0.531_7, 0.270_3, 0.802_6], [-0.653_9, 0.728_1, 0.205_7], [0.303_7, -0.871_9, -0.384_1]];
 
-/// Answers for points whether they are inside a mesh and how far they are from its surface.
+/// Tells whether points are inside a mesh and how far they are from its surface.
 pub struct InsideTest {
     mesh: TriMesh,
 }
@@ -27,11 +25,11 @@ impl InsideTest {
         Self { mesh: mesh.expect("the mesh has triangles") }
     }
 
-    /// Whether a point is inside: whether the surface winds around it, either way. Overlapping
-    /// parts are united, and a part that faces inwards inside another is a cavity.
+    /// Whether a point is inside: the surface winds around it, either way. Overlapping parts are united. A part that
+    /// faces inwards inside another part is a cavity.
     pub fn contains(&self, p: Vec3) -> bool {
-        // A ray can slip between two triangles or meet both where they join. That is too rare to
-        // happen to two of three.
+        // A ray can slip between two triangles, or meet both where they join. That is too rare to happen to two of
+        // three rays.
         let winding = |ray: usize| self.winding(p, DIRECTIONS[ray]);
         let (a, b) = (winding(0), winding(1));
         let agreed = if a == b { a } else { winding(2) };
@@ -44,7 +42,7 @@ impl InsideTest {
         self.mesh.project_local_point(p, false).point.distance(p)
     }
 
-    /// How many more times a ray from the point leaves than enters.
+    /// Number of times a ray from the point leaves the mesh, minus the times it enters.
     fn winding(&self, p: Vec3, direction: [f32; 3]) -> i32 {
         let ray = Ray::new(Vector::from(p.to_array()), Vector::from(direction));
         let near = self.mesh.bvh().leaves(|node| node.aabb().intersects_local_ray(&ray, f32::MAX));

@@ -1,6 +1,5 @@
-//! What examples, tests and `measure` share: an app without a window, scenes from
-//! command-line options, small scenes, meshes with a known inside, figures of stability, and what a chart
-//! is made of.
+//! Code shared by examples, tests and `measure`. It has an app without a window, scenes from command-line options,
+//! small scenes, and meshes with a known inside. It also has stability figures, and the data of charts.
 
 pub mod budget;
 pub mod carver;

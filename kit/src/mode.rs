@@ -1,21 +1,21 @@
-//! How a volume is shaded and recomputed, by one name on command lines and in tables.
+//! Shading modes: one name for a look and its recomputation, on command lines and in tables.
 
 use bevy_contextual_ao::{occlusion::Recompute, prelude::*};
 use core::str::FromStr;
 
-/// A look, and what of the occlusion is recomputed.
+/// The look of a volume, and the part of its occlusion that is recomputed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ShadingMode {
     /// Colour alone.
     Solid,
     /// Lit.
     Phong,
-    /// Occluded; what changed is recomputed.
+    /// Occluded; changed occlusion is recomputed.
     #[default]
     Cao,
-    /// Lit and occluded; what changed is recomputed.
+    /// Lit and occluded; changed occlusion is recomputed.
     PhongCao,
-    /// Occluded; everything is recomputed in every frame.
+    /// Occluded; all occlusion is recomputed in every frame.
     Lao,
 }
 
@@ -23,7 +23,7 @@ impl ShadingMode {
     /// All modes, in the order of a menu.
     pub const ALL: [Self; 5] = [Self::Solid, Self::Phong, Self::Cao, Self::PhongCao, Self::Lao];
 
-    /// That of some settings.
+    /// Mode of these settings.
     pub fn of(shading: &VolumeShading, occlusion: &AmbientOcclusion) -> Self {
         let is_lit = shading.lighting == VolumeLighting::Headlight;
         match (shading.ambient_occlusion, is_lit, occlusion.recompute) {
@@ -35,7 +35,7 @@ impl ShadingMode {
         }
     }
 
-    /// Sets a volume's settings accordingly.
+    /// Sets a volume's settings to this mode.
     pub fn apply(self, shading: &mut VolumeShading, occlusion: &mut AmbientOcclusion) {
         shading.lighting = if self.uses_light() { VolumeLighting::Headlight } else { VolumeLighting::Unlit };
         shading.ambient_occlusion = self.uses_occlusion();

@@ -11,7 +11,7 @@ impl Random {
         (self.0 >> 33) as usize
     }
 
-    /// From zero to below `end`.
+    /// An integer from zero to below `end`.
     pub fn below(&mut self, end: usize) -> usize {
         self.next() % end
     }
@@ -28,12 +28,12 @@ impl Random {
         (0..count).map(|_| self.below(256) as u8).collect()
     }
 
-    /// From 0 to 1, in few digits.
+    /// A number from 0 to 1, in hundredths.
     pub fn share(&mut self) -> f32 {
         self.below(101) as f32 / 100.0
     }
 
-    /// From -1 to 1.
+    /// A number from -1 to 1.
     pub fn signed(&mut self) -> f32 {
         self.next() as f32 / (1u32 << 30) as f32 - 1.0
     }

@@ -1,4 +1,4 @@
-//! Scenes, from command-line options and otherwise.
+//! Scenes from command-line options or from code.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -16,47 +16,47 @@ use super::{
     headless::{Headless, project_folder},
 };
 
-/// The colour of ramps.
+/// Colour of ramp transfer functions.
 pub const BONE: [f32; 3] = [0.95, 0.9, 0.82];
 
-/// What is shown, and from where.
+/// Content of a scene, and its camera.
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
     /// The volume: NIfTI, NRRD or MetaImage [default: the head phantom in assets/].
     #[arg(long)]
     pub volume: Option<PathBuf>,
-    /// Which volume of a file that holds several, as a time series does, counted from zero.
+    /// Index of the volume in a file that holds several, such as a time series; counted from zero.
     #[arg(long)]
     pub component: Option<u32>,
-    /// Slicer .vp or .vp.json, .tf.ron, or ramp:FROM,TO,OPACITY in the volume's own units [default: the
-    /// phantom's, or one guessed from the volume's histogram].
+    /// Transfer function: Slicer .vp or .vp.json, .tf.ron, or ramp:FROM,TO,OPACITY in the volume's own units
+    /// [default: the phantom's, or one guessed from the volume's histogram].
     #[arg(long)]
     pub transfer_function: Option<String>,
-    /// Instead of a transfer function, one for a common examination: ct_bone, ct_soft_tissue, ct_vessels,
+    /// Transfer function for a common examination, instead of a file or ramp: ct_bone, ct_soft_tissue, ct_vessels,
     /// ct_lung, mr_head or mr_angiography.
     #[arg(long, conflicts_with = "transfer_function")]
     pub preset: Option<Preset>,
     #[command(flatten)]
     pub budget: BudgetOptions,
     /// A carver, in mm from the volume's centre (x to the patient's left, y up, z to the front):
-    /// sphere:x,y,z,r  box:x,y,z,a,b,c  torus:x,y,z,R,r  cylinder:x,y,z,r,h, each optionally
-    /// followed by three angles in degrees; with `keep:` in front it keeps what is inside.
+    /// sphere:x,y,z,r  box:x,y,z,a,b,c  torus:x,y,z,R,r  cylinder:x,y,z,r,h. Three angles in degrees may follow each.
+    /// With `keep:` in front, the carver keeps its inside.
     #[arg(long = "carver", allow_hyphen_values = true)]
     pub carvers: Vec<Carver>,
-    /// How occlusion is computed: rays, progressive, sweeping, filtering, screen_space, direct.
+    /// Method that computes occlusion: rays, progressive, sweeping, filtering, screen_space, direct.
     #[arg(long, default_value = "rays")]
     pub method: OcclusionMethod,
     /// Samples per occlusion ray.
     #[arg(long, default_value_t = OcclusionRays::default().steps)]
     pub steps: u32,
-    /// Distance between them, mm.
+    /// Distance between samples of an occlusion ray, mm.
     #[arg(long)]
     pub step_mm: Option<f32>,
     /// Width and height of the image, pixels.
     #[arg(long, default_value = "800x800", value_parser = parse_size)]
     pub size: UVec2,
-    /// Where the camera is, mm from the volume's centre, which it looks at [default: three
-    /// quarters from the front, all in view].
+    /// Position of the camera, mm from the volume's centre, which the camera looks at [default: three quarters from
+    /// the front, all in view].
     #[arg(long, value_parser = parse_vec3, allow_hyphen_values = true)]
     pub camera: Option<Vec3>,
     /// Vertical field of view, degrees.
@@ -65,26 +65,26 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
-    /// An optimization to do without (see `Optimizations`), or `all`; several may be given.
+    /// Optimization to switch off (see `Optimizations`), or `all`; several may be given.
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
-    /// Start view rays by a fixed pattern.
+    /// Moves the starts of view rays by a fixed pattern.
     #[arg(long, default_value_t = VolumeShading::default().jitter, action = clap::ArgAction::Set)]
     pub jitter: bool,
 }
 
-/// What a scene is made of.
+/// Parts of a scene, before they are spawned.
 pub struct SceneParts {
     /// The name used in figures.
     pub name: String,
     pub volume: Volume,
-    /// One guessed from the volume's histogram, where there is none.
+    /// `None`: guessed from the volume's histogram.
     pub transfer_function: Option<TransferFunction>,
     pub budget: VolumeBudget,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
     pub carvers: Vec<Carver>,
-    /// Where the camera is, mm from the volume's centre, which it looks at.
+    /// Position of the camera, mm from the volume's centre, which the camera looks at.
     pub camera: Vec3,
     /// Vertical field of view, degrees.
     pub fov: f32,
@@ -95,10 +95,10 @@ pub struct Scene {
     pub volume: Entity,
     pub camera: Entity,
     pub carvers: Vec<Entity>,
-    /// Where the camera looks from.
+    /// Transform of the camera.
     pub view: Transform,
     pub voxels: u64,
-    /// Where its voxels are.
+    /// Place of the volume's voxels.
     pub geometry: VolumeGeometry,
     /// Smallest voxel spacing, mm.
     pub voxel_mm: f32,
@@ -107,7 +107,7 @@ pub struct Scene {
 }
 
 impl SceneParts {
-    /// Spawns everything.
+    /// Spawns all parts.
     pub fn spawn(self, headless: &mut Headless) -> Scene {
         let (name, voxels, geometry) =
             (self.name, self.volume.voxel_count(), VolumeGeometry::of(&self.volume));
@@ -134,18 +134,18 @@ impl SceneParts {
     }
 }
 
-/// What shows a volume in the world's origin.
+/// Framing of a volume at the world's origin.
 fn framing(geometry: &VolumeGeometry) -> Option<Framing> {
     Framing::of(geometry.corners().map(|corner| corner.as_vec3() * WORLD_UNITS_PER_MM))
 }
 
-/// A camera that looks at the volume's centre from a place given in mm from there.
+/// Transform of a camera that looks at the volume's centre. `place` is in mm from that centre.
 pub fn view_from(place: Vec3) -> Transform {
     Transform::from_translation(place * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
 }
 
 impl SceneOptions {
-    /// The optimizations that are left.
+    /// Optimizations that stay switched on.
     pub fn optimizations(&self) -> Result<Optimizations, String> {
         self.without.iter().try_fold(Optimizations::default(), |optimizations, name| {
             if name == "all" {
@@ -156,7 +156,7 @@ impl SceneOptions {
         })
     }
 
-    /// Reads the files and spawns everything.
+    /// Reads the files and spawns all parts.
     pub fn spawn(&self, headless: &mut Headless) -> Result<Scene, String> {
         let parts = self.parts()?;
         headless.app.insert_resource(self.optimizations()?);
@@ -195,7 +195,7 @@ impl SceneOptions {
         })
     }
 
-    /// The method, with the rays that are asked for.
+    /// The method with the requested rays.
     fn method(&self) -> OcclusionMethod {
         let mut method = self.method.clone();
         if let Some(rays) = method.rays_mut() {
@@ -204,7 +204,7 @@ impl SceneOptions {
         method
     }
 
-    /// Where a camera has all in view.
+    /// Position from which a camera has the whole volume in view.
     fn overview(&self, geometry: &VolumeGeometry) -> Vec3 {
         let aspect_ratio = self.size.x as f32 / self.size.y as f32;
         let distance = framing(geometry).map(|framing| framing.distance(self.fov.to_radians(), aspect_ratio));

@@ -1,5 +1,5 @@
-//! Closed triangle meshes made from a few numbers, to cut with and to test against: what is inside
-//! each of them is known or can be computed exactly.
+//! Closed triangle meshes made from a few numbers, for carvers and for tests. The inside of each mesh is known or can
+//! be computed exactly.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -21,14 +21,14 @@ pub struct Triangles {
 }
 
 impl Triangles {
-    /// A sphere about the origin with its poles on y; the vertices lie on it. From pole to pole
-    /// there are `subdivisions` bands, each of twice as many sides.
+    /// A sphere about the origin with its poles on y; the vertices lie on the sphere. It has `subdivisions` bands
+    /// from pole to pole, each of twice as many sides.
     pub fn sphere(radius: f32, subdivisions: u32) -> Self {
         let profile: Vec<_> = arc(radius, -FRAC_PI_2, FRAC_PI_2, subdivisions).collect();
         revolution(&on_axis(profile), 2 * subdivisions)
     }
 
-    /// A cuboid about the origin, of this extent from face to face.
+    /// A cuboid about the origin; `size` is its extent from face to face.
     pub fn cuboid(size: Vec3) -> Self {
         let (x, y) = (0.5 * size.x, 0.5 * size.y);
         prism(&[vec2(-x, -y), vec2(x, -y), vec2(x, y), vec2(-x, y)], size.z)
@@ -40,8 +40,8 @@ impl Triangles {
         closed_tube(circle, minor, major_segments, minor_segments)
     }
 
-    /// The lower half of a spherical shell about the origin, open towards +y and with a flat rim.
-    /// `segments` is the number of sides around; the hemispheres have a quarter as many bands.
+    /// The lower half of a spherical shell about the origin, open towards +y and with a flat rim. `segments` is the
+    /// number of sides around; the hemispheres have a quarter as many bands.
     pub fn bowl(outer_radius: f32, inner_radius: f32, segments: u32) -> Self {
         let bands = (segments / 4).max(2);
         let outer = arc(outer_radius, -FRAC_PI_2, 0.0, bands);
@@ -49,9 +49,9 @@ impl Triangles {
         revolution(&on_axis(outer.chain(inner).collect()), segments)
     }
 
-    /// A tube along a trefoil knot about the z axis, whose curve reaches `3 * scale` from that axis
-    /// and `scale` to either side along it. Its strands pass `1.21 * scale` apart, so that a tube of
-    /// a radius up to `0.6 * scale` keeps clear of itself.
+    /// A tube along a trefoil knot about the z axis. The curve reaches `3 * scale` from that axis and `scale` to
+    /// either side along it. Strands pass `1.21 * scale` apart, so a tube of radius up to `0.6 * scale` does not meet
+    /// itself.
     pub fn trefoil_tube(scale: f32, tube_radius: f32, segments: u32, sides: u32) -> Self {
         let knot = |t: f32| {
             let (x, y) = (t.sin() + 2.0 * (2.0 * t).sin(), t.cos() - 2.0 * (2.0 * t).cos());
@@ -60,16 +60,16 @@ impl Triangles {
         closed_tube(knot, tube_radius, segments, sides)
     }
 
-    /// Two legs at a right angle, one along x and one along y, as long as `leg` measured outside
-    /// and `depth` wide along z; the box around it is centred on the origin.
+    /// Two legs at a right angle, one along x and one along y. They are `leg` long, measured outside, and `depth`
+    /// wide along z. Their bounding box is centred on the origin.
     pub fn l_bracket(leg: f32, thickness: f32, depth: f32) -> Self {
-        // The inner corner comes first: it sees all others, as the fan over the ends needs.
+        // The inner corner comes first: it sees all other corners, as the fan over the ends needs.
         let (t, l) = (thickness, leg);
         let outline = [(t, t), (t, l), (0.0, l), (0.0, 0.0), (l, 0.0), (l, t)];
         prism(&outline.map(|(x, y)| vec2(x, y) - 0.5 * leg), depth)
     }
 
-    /// Two spheres in one mesh, their centres `distance` apart on x and the origin between them.
+    /// Two spheres in one mesh. Their centres are `distance` apart on x, with the origin between them.
     pub fn two_spheres(radius: f32, distance: f32, subdivisions: u32) -> Self {
         let sphere = |x| Self::sphere(radius, subdivisions).translated(vec3(x, 0.0, 0.0));
         sphere(-0.5 * distance).merged(sphere(0.5 * distance))
@@ -83,7 +83,7 @@ impl Triangles {
         self
     }
 
-    /// The mesh with each corner moved; it faces as before even where `transform` mirrors.
+    /// The mesh with each corner moved. It faces as before even if `transform` mirrors.
     pub fn transformed(mut self, transform: Affine3A) -> Self {
         for position in &mut self.positions {
             *position = transform.transform_point3(Vec3::from_array(*position)).to_array();
@@ -106,7 +106,7 @@ impl Triangles {
         self.transformed(Affine3A::from_scale(scale))
     }
 
-    /// With every other triangle reversed: no winding to go by.
+    /// The mesh with every other triangle reversed: its winding says nothing.
     pub fn half_flipped(mut self) -> Self {
         for triangle in self.indices.iter_mut().step_by(2) {
             triangle.swap(0, 1);
@@ -127,7 +127,7 @@ impl Triangles {
         self.indices.iter().map(|triangle| triangle.map(|i| self.positions[i as usize].into()))
     }
 
-    /// As a mesh that Bevy can draw; it has neither normals nor texture coordinates.
+    /// The mesh for Bevy; it has neither normals nor texture coordinates.
     pub fn mesh(&self) -> Mesh {
         Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions.clone())
@@ -140,7 +140,7 @@ fn arc(radius: f32, from: f32, to: f32, steps: u32) -> impl Iterator<Item = Vec2
     (0..=steps).map(move |i| radius * Vec2::from_angle(from + (to - from) * i as f32 / steps as f32))
 }
 
-/// The profile with both ends exactly on the axis, where rounding may have left them beside it.
+/// The profile with both ends exactly on the axis; rounding may have left them beside it.
 fn on_axis(mut profile: Vec<Vec2>) -> Vec<Vec2> {
     for end in [0, profile.len() - 1] {
         profile[end].x = 0.0;
@@ -148,15 +148,15 @@ fn on_axis(mut profile: Vec<Vec2>) -> Vec<Vec2> {
     profile
 }
 
-/// What a profile of (radius, height) encloses when turned about the y axis. Both its ends lie on
-/// the axis, and the inside is on its left.
+/// Solid of revolution of a profile of (radius, height) about the y axis. Both ends of the profile lie on the axis,
+/// and the inside is on its left.
 fn revolution(profile: &[Vec2], sides: u32) -> Triangles {
     let (last, top) = (profile.len() as u32 - 1, 1 + (profile.len() as u32 - 2) * sides);
     let point = |p: &Vec2, side| {
         let (sin, cos) = (TAU * side as f32 / sides as f32).sin_cos();
         [p.x * sin, p.y, p.x * cos]
     };
-    // An end is one vertex.
+    // Each end is one vertex.
     let vertices = |(i, p)| (0..if i == 0 || i == last { 1 } else { sides }).map(move |side| point(p, side));
     Triangles {
         positions: (0..).zip(profile).flat_map(vertices).collect(),
@@ -173,8 +173,8 @@ fn closed_tube(curve: impl Fn(f32) -> Vec3, radius: f32, rings: u32, sides: u32)
     let turn = |i: u32, n: u32| TAU * i as f32 / n as f32;
     let centre = |ring: u32| curve(turn(ring % rings, rings));
     let tangent = |ring: u32| (centre(ring + 1) - centre(ring + rings - 1)).normalize();
-    // One normal is carried along the curve without turning about it, which no bend can upset. It
-    // comes back turned by some angle; taking that out little by little closes the tube.
+    // One normal is carried along the curve without turning about it, so no bend upsets it. It comes back turned by
+    // some angle. Removing that angle little by little closes the tube.
     let first = tangent(0).any_orthonormal_vector();
     let carried = |normal: &mut Vec3, ring| {
         let here = *normal;
@@ -199,8 +199,8 @@ fn closed_tube(curve: impl Fn(f32) -> Vec3, radius: f32, rings: u32, sides: u32)
     }
 }
 
-/// A polygon in x and y, counter-clockwise, drawn out along z to both sides of the origin. Its
-/// first corner sees all the others.
+/// A prism: a counter-clockwise polygon in x and y, extended along z to both sides of the origin. The polygon's first
+/// corner sees all the others.
 fn prism(outline: &[Vec2], depth: f32) -> Triangles {
     let n = outline.len() as u32;
     let at = |z: f32| outline.iter().map(move |p| [p.x, p.y, z]);
@@ -209,8 +209,8 @@ fn prism(outline: &[Vec2], depth: f32) -> Triangles {
     Triangles { positions: at(-0.5 * depth).chain(at(0.5 * depth)).collect(), indices }
 }
 
-/// The triangles between rings of vertices: seen from outside, sides count to the right and rings
-/// upwards. Where `vertex` makes a ring one point, what has no area is left out.
+/// Triangles between rings of vertices. Seen from outside, sides count to the right and rings upwards. Triangles
+/// without area are left out, where `vertex` makes a ring one point.
 fn grid(bands: u32, sides: u32, vertex: impl Fn(u32, u32) -> u32) -> Vec<[u32; 3]> {
     let quad = |(ring, side): (u32, u32)| {
         let (a, b) = (vertex(ring, side), vertex(ring, side + 1));

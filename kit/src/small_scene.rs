@@ -1,4 +1,4 @@
-//! Small scenes for tests and figures of stability, and what can be read of them.
+//! Small scenes for tests and stability figures, and functions that read their results.
 
 use crate::mode::ShadingMode;
 use bevy::{
@@ -45,7 +45,7 @@ pub fn volume_from(dimensions: UVec3, spacing: DVec3, value: impl Fn(DVec3) -> f
         .expect("a valid volume")
 }
 
-/// A volume of voxels of 1 mm, all of the highest intensity.
+/// A volume of 1 mm voxels, all of the highest intensity.
 pub fn solid_volume(dimensions: UVec3) -> Volume {
     volume_from(dimensions, DVec3::ONE, |_| 1.0)
 }
@@ -55,12 +55,12 @@ pub fn is_empty(image: &[u8]) -> bool {
     image.chunks(4).all(|pixel| *pixel == image[..4])
 }
 
-/// Opaque from half the intensity range on.
+/// Ramp whose opacity rises around half the intensity range.
 pub fn opaque_ramp() -> TransferFunction {
     TransferFunction::ramp(100.0, 160.0, 1.0, [0.9, 0.8, 0.7]).expect("a valid ramp")
 }
 
-/// Translucent almost everywhere.
+/// Ramp that is translucent almost everywhere.
 pub fn translucent_ramp() -> TransferFunction {
     TransferFunction::ramp(10.0, 240.0, 0.35, [0.6, 0.8, 0.9]).expect("a valid ramp")
 }
@@ -78,12 +78,12 @@ pub fn few_rays() -> AmbientOcclusion {
     AmbientOcclusion::by(FEW_RAYS)
 }
 
-/// The same rays, one in every frame.
+/// Progressive occlusion by the same rays, one in every frame.
 pub fn progressive_rays() -> OcclusionMethod {
     ProgressiveRays { rays: FEW_RAYS, ..default() }.into()
 }
 
-/// All methods, those of rays with few.
+/// All methods; methods of rays use [`FEW_RAYS`].
 pub fn methods_of_few_rays() -> impl Iterator<Item = OcclusionMethod> {
     OcclusionMethod::all().into_iter().map(|mut method| {
         if let Some(rays) = method.rays_mut() {
@@ -99,8 +99,8 @@ pub struct TestScene {
     pub volume: Entity,
 }
 
-/// Voxels of which the occlusion is known in both of two states and is not the same. Panics where next
-/// to none is known in both: nothing would be compared.
+/// Number of voxels whose occlusion is known in both states and differs. Panics if almost no voxel is known in both:
+/// the comparison would be empty.
 pub fn count_different(a: &[Option<u8>], b: &[Option<u8>]) -> usize {
     let known = || a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
     assert!(known().count() > a.len() / 500, "of {} voxels {} are known in both", a.len(), known().count());
@@ -118,7 +118,7 @@ impl TestScene {
         Self::with(volume, function, occlusion, mode, |_| {})
     }
 
-    /// The same, with more in the app.
+    /// [`Self::new`] with more in the app.
     pub fn with(
         volume: Volume,
         function: TransferFunction,
@@ -134,7 +134,7 @@ impl TestScene {
         Self::in_app(headless, volume, function, occlusion, mode)
     }
 
-    /// The same, in an app that is there.
+    /// [`Self::with`] in an existing app.
     pub fn in_app(
         mut headless: Headless,
         volume: Volume,
@@ -168,7 +168,7 @@ impl TestScene {
         world.spawn((clip_mesh, Mesh3d(mesh), in_world_units(transform_mm))).id()
     }
 
-    /// Moves the volume, in the world.
+    /// Places the volume in the world.
     pub fn place_volume(&mut self, pose: Transform) {
         let volume = self.volume;
         self.world().entity_mut(volume).insert(pose);
@@ -197,21 +197,20 @@ impl TestScene {
         self.headless.until_ready(self.volume).expect("the volume can be shown");
     }
 
-    /// Occlusion of the voxels of which it is up to date and can be read; not at half resolution.
+    /// Occlusion of each voxel, if it is up to date and can be read; not at half resolution.
     pub fn occlusion(&self) -> Vec<Option<u8>> {
         let masks = [VoxelMask::Valid, VoxelMask::Hidden].map(|mask| self.headless.mask(self.volume, mask));
         let values = self.headless.voxels(self.volume, VolumeTexture::Occlusion).into_iter().enumerate();
         values.map(|(k, value)| (masks[0][k] && !masks[1][k]).then_some(value)).collect()
     }
 
-    /// Whether no drawn point reads each voxel.
+    /// Whether each voxel is hidden: no drawn point reads it.
     pub fn hidden(&self) -> Vec<bool> {
         let hidden = self.headless.mask(self.volume, VoxelMask::Hidden);
         assert!(!hidden.is_empty(), "there is no volume");
         hidden
     }
 
-    /// The camera.
     pub fn camera(&mut self) -> Entity {
         let world = self.world();
         let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
@@ -229,7 +228,7 @@ impl TestScene {
     }
 }
 
-/// A transform in mm from a volume's centre, as one in the world.
+/// Converts a transform in mm from a volume's centre to world units.
 pub fn in_world_units(transform: Transform) -> Transform {
     Transform {
         translation: transform.translation * WORLD_UNITS_PER_MM,

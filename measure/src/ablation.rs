@@ -1,4 +1,4 @@
-//! What each optimization is worth: carve frames with all of them, then without one at a time.
+//! Effect of each optimization: carve frames with all of them, then without one at a time.
 
 use bevy_contextual_ao::occlusion::Optimizations;
 use contextual_ao_kit::mode::ShadingMode;
@@ -23,7 +23,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     let image = measure(&mut stage, "nothing", Optimizations::default(), None, options)?;
     for name in Optimizations::names() {
         let optimizations = Optimizations::default().without(name);
-        // What can be sampled is asked only where views are not.
+        // `sampleable` matters only without `demand`.
         let (name, optimizations) = match name {
             "sampleable" => ("demand, sampleable", optimizations.and_then(|rest| rest.without("demand"))),
             _ => (name, optimizations),
@@ -49,7 +49,7 @@ fn measure(
     stage.set_optimizations(optimizations);
     stage.carve(0);
     let frames = if without == "all" { options.slow_frames } else { options.frames };
-    // Without demand the first frame casts all.
+    // Without `demand` the first frame casts all voxels.
     let times = stage.medians(options.warmup.max(1), frames, Stage::carve);
     let rest = stage.medians(0, 1, |_, _| {});
     stage.carve(0);

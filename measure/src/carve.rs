@@ -1,4 +1,4 @@
-//! The scene of the command line, carved: a line per shading mode and ray pattern.
+//! Carves the scene of the command line: a line per shading mode and ray pattern.
 
 use crate::{Options, figures::merged, stage::Stage};
 use bevy_contextual_ao::prelude::*;

@@ -1,5 +1,5 @@
-//! Scenes of real volumes in which work is counted: one ball carves near a corner of the grid.
-//! Their files are no part of the project; where one is absent its scene is passed over.
+//! Scenes of real volumes in which work is counted: one ball carves near a corner of the grid. The files are no part
+//! of the project. A scene without its file is skipped.
 
 use bevy::{
     math::{DVec3, Vec3Swizzles},
@@ -20,12 +20,12 @@ use contextual_ao_kit::{
     scene::{BONE, SceneParts},
 };
 
-/// The scenes.
+/// Scenes of real volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CountingScene {
     /// CT of an engine block, its metal opaque.
     EngineOpaque,
-    /// The same, translucent.
+    /// CT of an engine block, translucent.
     EngineTranslucent,
     /// CT of a bonsai.
     Bonsai,
@@ -37,27 +37,27 @@ pub enum CountingScene {
     MrBrain,
 }
 
-/// What tells one scene from another.
+/// Properties that differ from scene to scene.
 struct Recipe {
     file: &'static str,
     /// Opacity rises from 0 at the first intensity to `opacity` at the second.
     ramp: [f32; 2],
     opacity: f32,
-    /// What is 0 and 255 for the ramp, in the file's units; its range, if not given.
+    /// Values that are 0 and 255 for the ramp, in the file's units; the volume's range, if not given.
     range: Option<[f64; 2]>,
     /// Samples per ray.
     steps: u32,
 }
 
-/// Where the first carver is, of the grid's extent along each of its axes.
+/// Place of the first carver, as shares of the grid's extent along its axes.
 pub const CARVER: DVec3 = DVec3::new(0.7, 0.35, 0.7);
-/// Its radius, of the smaller of the first two dimensions.
+/// Radius of the first carver, as a share of the smaller of the first two dimensions.
 const RADIUS: f64 = 0.28;
-/// Where the camera is, of the grid's extent; it looks at the middle.
+/// Place of the camera, as shares of the grid's extent. The camera looks at the middle.
 const CAMERA: DVec3 = DVec3::new(1.6, -0.4, 1.9);
 
 impl CountingScene {
-    /// The name used on command lines and in figures.
+    /// Name of the scene on command lines and in figures.
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
@@ -76,18 +76,18 @@ impl CountingScene {
         }
     }
 
-    /// The scene in an app of its own; `None` as for [`Self::load`].
+    /// Opens the scene in an app of its own; `None` as for [`Self::load`].
     pub fn open(self, options: &Options) -> Result<Option<Stage>, String> {
         Ok(self.load(options)?.map(|parts| Stage::new(parts, options.image_size())))
     }
 
-    /// What the scene is made of, as [`Self::load_halved`], at half the resolution where that was asked for.
+    /// Parts of the scene, as [`Self::load_halved`], at half the resolution if that was asked for.
     pub fn load(self, options: &Options) -> Result<Option<SceneParts>, String> {
         self.load_halved(options.quick.into())
     }
 
-    /// What the scene is made of, with the paper's 54 rays, its volume halved so often; `None`, with a line
-    /// that says so, where its file is absent.
+    /// Parts of the scene with the paper's 54 rays, its volume halved `halvings` times. If its file is absent, prints
+    /// a line that says so and returns `None`.
     pub fn load_halved(self, halvings: u32) -> Result<Option<SceneParts>, String> {
         let recipe = self.recipe();
         let path = volumes_folder().join(recipe.file);
@@ -101,7 +101,7 @@ impl CountingScene {
         let function = TransferFunction::ramp(from, to, recipe.opacity, BONE);
         let mut function = function.map_err(|error| error.to_string())?;
         let volume = (0..halvings).fold(volume, |volume, _| volume.halved());
-        // Opacity is that of a step, of one voxel.
+        // The unit of opacity is a step of one voxel.
         let step_mm = volume.spacing_mm().min_element();
         function.opacity_unit_distance_mm = step_mm;
         let geometry = VolumeGeometry::of(&volume);
@@ -119,20 +119,20 @@ impl CountingScene {
             shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
             carvers: vec![ball(&geometry, CARVER, RADIUS)],
             camera: place(&geometry, CAMERA),
-            // Half as wide as far away.
+            // The view is as high as it is far away.
             fov: 2.0 * 0.5f32.atan().to_degrees(),
         }))
     }
 }
 
-/// A ball at a place in the grid's extent, its radius a share of the smaller of the first two dimensions.
+/// A ball at a place in the grid's extent. Its radius is a share of the smaller of the first two dimensions.
 pub fn ball(geometry: &VolumeGeometry, of_extent: DVec3, radius: f64) -> Carver {
     let size_mm = geometry.dimensions.as_dvec3() * geometry.spacing_mm;
     let radius = (radius * size_mm.xy().min_element()) as f32;
     Carver::new(Shape::Sphere { radius }, place(geometry, of_extent))
 }
 
-/// A place in the grid's extent, mm from the volume's centre.
+/// Converts a place in the grid's extent to mm from the volume's centre.
 pub fn place(geometry: &VolumeGeometry, of_extent: DVec3) -> Vec3 {
     let voxel = of_extent * geometry.dimensions.as_dvec3() - 0.5;
     geometry.local_from_voxel.transform_point3(voxel).as_vec3()

@@ -1,4 +1,4 @@
-//! How much work a carve frame takes, counted, beside that of the published pipeline.
+//! Counted work of a carve frame, beside that of the published pipeline.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -14,10 +14,10 @@ use serde_json::json;
 use crate::{Options, counting::CountingScene, figures::ratio, stage::Stage};
 use contextual_ao_kit::headless::different_pixels;
 
-/// Frames in which the carver comes to its place.
+/// Number of frames in which the carver comes to its place.
 const APPROACH: u32 = 4;
 
-/// Counts in one scene, or in all.
+/// Counts the work in one scene, or in all scenes.
 pub fn run(only: Option<CountingScene>, options: &Options) -> Result<(), String> {
     for scene in CountingScene::value_variants().iter().filter(|scene| only.is_none_or(|o| o == **scene)) {
         if let Some(mut stage) = scene.open(options)? {
@@ -69,17 +69,17 @@ fn count(stage: &mut Stage, options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Voxels that the published pipeline casts in a carve frame: all that are visible and within reach of
-/// the carver, where it is. Without optimizations a frame casts them even if the carver is at rest, while
-/// one that moves has also those of its last place cast, as its occlusion is not kept twice.
+/// Voxels that the published pipeline casts in a carve frame: all that are visible and within reach of the carver.
+/// Without optimizations a frame casts them even if the carver is at rest. A carver that moves also has the voxels at
+/// its last place cast, as its occlusion is not kept twice.
 ///
-/// One ray finds the same voxels as many. All are cast in full: samples are rays times steps.
+/// One ray finds the same voxels as many rays. All rays are cast in full: samples are rays times steps.
 pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
     let steps = u64::from(stage.rays().steps);
     stage.prepare(ShadingMode::Solid, RayPattern::Fibonacci(1))?;
     stage.set_optimizations(Optimizations::NONE);
     stage.set_mode(ShadingMode::Cao);
-    // All at first.
+    // The first frame casts all voxels.
     stage.headless.frame();
     let work = stage.count(|_| {});
     stage.set_optimizations(Optimizations::default());
@@ -90,12 +90,12 @@ pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
     }
 }
 
-/// A slightly different transfer function: all occlusion is invalid.
+/// Counts the work after a slight edit of the transfer function: all occlusion is invalid.
 fn count_edit(stage: &mut Stage) -> Work {
     stage.count(|stage| stage.edit_transfer_function(0.01))
 }
 
-/// Bytes on the device that go away with the volume, without its intensities.
+/// Bytes per voxel on the device that go away with the volume, without its intensities.
 fn bytes_per_voxel(stage: &mut Stage) -> f64 {
     let entity = stage.scene.volume;
     let bytes = |stage: &Stage| stage.headless.app.world().resource::<RenderStatus>().usage.bytes;

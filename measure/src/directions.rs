@@ -1,4 +1,4 @@
-//! How far the stored occlusion of ray patterns is from that of very many rays.
+//! Errors of the stored occlusion of ray patterns against very many rays.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{
@@ -30,8 +30,8 @@ const PATTERNS: [RayPattern; 9] = [
     RayPattern::Fibonacci(54),
 ];
 
-/// Compares on the voxels that a small image of each scene reads, nothing being carved. Occlusion is
-/// stored in bytes: two that are rounded differ by an RMS of 0.0016 for that alone.
+/// Compares the voxels that a small image of each scene reads, without carvers. Occlusion is stored in bytes:
+/// rounding two values alone makes an RMS difference of 0.0016.
 pub fn run(options: &Options) -> Result<(), String> {
     for scene in SCENES {
         let Some(mut parts) = scene.load(options)? else {
@@ -54,13 +54,13 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// 4096 rays, or as many as Mesa's software driver casts: it ends a shader's loops after 65,535 rounds
-/// in all without a word, and an invocation casts half of all rays where 64 share 32 voxels.
+/// Number of true rays: 4096, or as many as Mesa's software driver casts. The driver ends a shader's loops after
+/// 65,535 rounds in all, without a message. An invocation casts half of all rays where 64 share 32 voxels.
 pub fn max_rays(stage: &Stage) -> u32 {
     if stage.headless.is_software() { (2 * 65_535 / (stage.rays().steps + 1)).min(4096) } else { 4096 }
 }
 
-/// What a pattern makes of a scene.
+/// Result of a pattern in a scene.
 pub struct Shot {
     /// Occlusion of the voxels that the image reads.
     occlusion: Vec<Option<u8>>,
@@ -68,7 +68,7 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// Renders an image.
+    /// Renders an image with a pattern.
     pub fn take(stage: &mut Stage, pattern: RayPattern) -> Result<Self, String> {
         stage.prepare(ShadingMode::Cao, pattern)?;
         let (headless, volume) = (&stage.headless, stage.scene.volume);
@@ -78,12 +78,12 @@ impl Shot {
         Ok(Self { occlusion: occlusion.collect(), image: headless.image() })
     }
 
-    /// How far the occlusion is from another's, where both are known.
+    /// Errors of the occlusion against `truth`, where both are known.
     pub fn voxel_errors(&self, truth: &Self) -> Errors {
         Errors::of(self.occlusion.iter().zip(&truth.occlusion).filter_map(|(a, b)| Some(((*a)?, (*b)?))))
     }
 
-    /// How far the colours are from another's, over all pixels.
+    /// Errors of the colours against `truth`, over all pixels.
     pub fn pixel_errors(&self, truth: &Self) -> Errors {
         let colors = |shot: &Self| shot.image.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
         let (a, b): (Vec<u8>, Vec<u8>) = (colors(self), colors(truth));

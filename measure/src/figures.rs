@@ -1,4 +1,4 @@
-//! What figures are made of, and how they are printed.
+//! Values of figures, and their fields in JSON.
 
 use bevy_contextual_ao::{
     diagnostics::{
@@ -9,7 +9,7 @@ use bevy_contextual_ao::{
 };
 use serde_json::{Value, json};
 
-/// The passes that are timed.
+/// Passes that are timed.
 pub const SPANS: [&str; 13] = [
     SPAN_COUNT,
     SPAN_DEPTH,
@@ -29,16 +29,16 @@ pub const SPANS: [&str; 13] = [
 /// Milliseconds of one frame, or medians of several.
 #[derive(Clone, Copy, Default)]
 pub struct FrameTimes {
-    /// The whole frame, by the clock.
+    /// Time of the whole frame, by the clock.
     pub total: f64,
-    /// Each of [`SPANS`]; nothing where it did not run.
+    /// Time of each of [`SPANS`]; 0 if the pass did not run.
     pub passes: [f64; SPANS.len()],
-    /// Drawing.
+    /// Time of drawing.
     pub draw: f64,
 }
 
 impl FrameTimes {
-    /// The time of a pass.
+    /// Time of a pass.
     pub fn of(&self, span: &str) -> f64 {
         if span == SPAN_DRAW {
             return self.draw;
@@ -46,13 +46,13 @@ impl FrameTimes {
         SPANS.iter().position(|name| *name == span).map_or(0.0, |index| self.passes[index])
     }
 
-    /// Clipping and casting: steps IV and V.
+    /// Time of clipping and casting: steps IV and V.
     pub fn clip_and_cast(&self) -> f64 {
         let steps = [SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];
         steps.iter().map(|span| self.of(span)).sum()
     }
 
-    /// The median of each time.
+    /// Median of each time.
     pub fn medians(times: &[Self]) -> Self {
         let of = |value: &dyn Fn(&Self) -> f64| median(times.iter().map(value).collect());
         Self {
@@ -62,7 +62,7 @@ impl FrameTimes {
         }
     }
 
-    /// As fields of a line of JSON.
+    /// Fields for a line of JSON.
     pub fn to_json(self) -> Value {
         json!({
             "ms_total": self.total,
@@ -77,7 +77,7 @@ impl FrameTimes {
     }
 }
 
-/// The middle of some values, or the mean of the middle two; 0 of none.
+/// Median: the middle value, or the mean of the middle two; 0 without values.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -88,24 +88,24 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// How often `of` contains `by`.
+/// `of` divided by `by`.
 pub fn ratio(of: u64, by: u64) -> f64 {
     of as f64 / by as f64
 }
 
-/// How far values are from true ones.
+/// Errors of values against true values.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
     /// Root mean square.
     pub rms: f64,
     /// The largest.
     pub largest: f64,
-    /// How many values were compared.
+    /// Number of values that were compared.
     pub count: usize,
 }
 
 impl Errors {
-    /// Of pairs of a value and the true one.
+    /// Errors of pairs of a value and the true value.
     pub fn of(pairs: impl IntoIterator<Item = (u8, u8)>) -> Self {
         let (mut squares, mut largest, mut count) = (0u64, 0, 0);
         for (value, truth) in pairs {
@@ -119,7 +119,7 @@ impl Errors {
     }
 }
 
-/// The fields of two JSON objects.
+/// Merges the fields of two JSON objects.
 pub fn merged(mut fields: Value, more: Value) -> Value {
     if let (Value::Object(fields), Value::Object(more)) = (&mut fields, more) {
         fields.extend(more);

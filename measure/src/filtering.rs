@@ -1,5 +1,5 @@
-//! Table 1 of Ruiz et al. (Volumetric Ambient Occlusion for Volumetric Models, 2010): how long it takes to filter a
-//! volume, by each of three estimates and for several radii, with volumes that are at hand in place of its own.
+//! Table 1 of Ruiz et al. (Volumetric Ambient Occlusion for Volumetric Models, 2010): time to filter a volume. Each
+//! of three estimates is timed for several radii. Volumes at hand stand for the paper's own.
 
 use bevy_contextual_ao::{
     occlusion::{DensityEstimate, DensitySource, OcclusionFiltering},
@@ -10,13 +10,13 @@ use serde_json::json;
 
 use crate::{Options, counting::CountingScene, figures::median, stage::Stage};
 
-/// In voxels, the paper's first.
+/// Radii in voxels, the paper's first.
 const RADII: [u32; 5] = [5, 10, 1, 20, 40];
 
-/// What the paper has of one estimate in one volume: milliseconds for radii of 5 and 10 voxels.
+/// The paper's milliseconds of one estimate in one volume, for radii of 5 and 10 voxels.
 type Published = (DensityEstimate, [f64; 2]);
 
-/// Its head, of 256 x 256 x 113 voxels, and its body, of 256 x 256 x 415.
+/// The paper's head, of 256 x 256 x 113 voxels, and its body, of 256 x 256 x 415.
 const HEAD: [Published; 3] = [
     (DensityEstimate::Chebyshev, [200.0, 268.0]),
     (DensityEstimate::Power, [161.0, 205.0]),
@@ -52,7 +52,7 @@ fn measure(
     set_radius(stage, estimate, RADII[0]);
     // Everything is computed anew in every frame.
     stage.prepare(ShadingMode::Lao, stage.rays().pattern)?;
-    // In turn, so that whatever else the device is busy with slows all of them down.
+    // Radii take turns, so that other work of the device slows all of them down.
     let turns = RADII.len() as u32;
     let times = stage.time(turns * (options.warmup + options.frames), |stage, frame| {
         set_radius(stage, estimate, RADII[(frame % turns) as usize]);

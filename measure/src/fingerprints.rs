@@ -1,4 +1,4 @@
-//! Hashes of images and voxels of small scenes, by every method in every mode: two commits that print the same lines
+//! Hashes of images and voxels of small scenes, by every method in every mode. Two commits that print the same lines
 //! on one driver draw and compute the same, bit for bit.
 
 use bevy::{math::DVec3, prelude::*};
@@ -15,7 +15,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use contextual_ao_kit::small_scene::{FEW_RAYS, TestScene, folded_volume, opaque_ramp, translucent_ramp};
 
-/// What is computed.
+/// Settings of occlusion, with a name.
 struct Setup {
     name: &'static str,
     occlusion: AmbientOcclusion,

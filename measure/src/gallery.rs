@@ -11,7 +11,7 @@ use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, 
 use crate::Options;
 use contextual_ao_kit::{font, headless::Headless, scene::SceneOptions, stability::methods};
 
-/// Pictures in a row.
+/// Number of pictures in a row.
 const COLUMNS: u32 = 4;
 /// Height of the letters, and of the strip that they stand in, pixels.
 const LETTERS: u32 = 20;
@@ -41,7 +41,8 @@ fn render(options: &Options) -> Result<image::RgbImage, String> {
     compose(&pictures, options.scene.size)
 }
 
-/// The surface of what the scene's transfer function shows, as the paper on sweeping draws it, in all its lights.
+/// Settings for the isosurface of the scene's transfer function, as the paper on sweeping draws it, in all its
+/// lights.
 fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusion); 4], String> {
     let parts = options.parts()?;
     let isovalue = parts.transfer_function.as_ref().and_then(TransferFunction::isovalue);
@@ -51,7 +52,7 @@ fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusio
         AmbientOcclusion { method: OcclusionMethod::Sweeping(sweeping), sky, ..default() }
     };
     let above = Sky::above(Vec3::Y);
-    // From above, and from one side of the viewer.
+    // The light comes from above and from one side of the viewer.
     let light = Quat::from_rotation_y(0.8) * parts.camera.with_y(parts.camera.length());
     let octant = light.cmpgt(Vec3::ZERO).bitmask() as usize;
     Ok([
@@ -62,7 +63,7 @@ fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusio
     ])
 }
 
-/// The scene, by the method and at the resolution of some settings.
+/// Renders the scene by the method and at the resolution of some settings.
 fn picture(
     options: &SceneOptions,
     mode: ShadingMode,
@@ -78,7 +79,7 @@ fn picture(
     {
         *occlusion = settings.clone();
         if let OcclusionMethod::Progressive(progressive) = settings.method {
-            // Some of its rays: how it looks on the way.
+            // Only some of the rays: shows the image on the way.
             frames = progressive.rays.pattern.rays() / 4;
         }
     }

@@ -1,4 +1,4 @@
-//! What a distance field saves view rays that look for an isosurface, as in the occlusion sweeping paper (section 3).
+//! Time that a distance field saves for view rays to an isosurface, as in the occlusion sweeping paper (section 3).
 
 use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -11,8 +11,8 @@ use serde_json::json;
 
 use crate::{Options, counting::CountingScene, stage::Stage};
 
-/// Prints a line per scene: frames in which nothing changed, drawn by the transfer function, and by the isosurface
-/// at half its opacity, step by step and leaping.
+/// Prints a line per scene, for frames in which nothing changed. They are drawn by the transfer function, and by the
+/// isosurface at half its opacity, step by step and leaping.
 pub fn run(options: &Options) -> Result<(), String> {
     for scene in [CountingScene::EngineOpaque, CountingScene::CtHead] {
         let Some(parts) = scene.load(options)? else {
@@ -41,7 +41,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The median of frames in which the volume is drawn without occlusion, and nothing else is done.
+/// Median milliseconds of frames that draw the volume without occlusion and do nothing else.
 fn drawing_ms(
     stage: &mut Stage,
     method: &OcclusionMethod,

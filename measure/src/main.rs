@@ -1,5 +1,5 @@
-//! Measures carve frames without a window, a JSON line per configuration. With nothing else asked for,
-//! the first carver of the scene given moves one voxel per frame along the view's horizontal.
+//! Measures carve frames without a window, a JSON line per configuration. By default the first carver of the given
+//! scene moves one voxel per frame along the view's horizontal.
 
 mod ablation;
 mod carve;
@@ -37,104 +37,104 @@ struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     instead: Instead,
-    /// solid, phong, cao, phong_cao, lao; several may be given.
+    /// Shading modes: solid, phong, cao, phong_cao, lao; several may be given.
     #[arg(long = "mode", num_args = 1.., default_values = ["cao", "lao"])]
     modes: Vec<ShadingMode>,
-    /// neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512, fibonacci:N; several may
-    /// be given.
+    /// Ray patterns: neighborhood6, neighborhood14, neighborhood26, rubik54, sphere512, fibonacci:N; several may be
+    /// given.
     #[arg(long = "pattern", num_args = 1.., default_values_t = [RayPattern::Rubik54])]
     patterns: Vec<RayPattern>,
-    /// Frames that are measured.
+    /// Number of frames that are measured.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Of the published pipeline, which is slow.
+    /// Number of measured frames of the published pipeline, which is slow.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     slow_frames: u32,
-    /// Frames before those.
+    /// Number of frames before the measured frames.
     #[arg(long, default_value_t = 3)]
     warmup: u32,
-    /// With --ablation: also without any optimization, which is slow.
+    /// With --ablation: measures also without any optimization, which is slow.
     #[arg(long)]
     with_published: bool,
     /// The largest generated volume, voxels along each side.
     #[arg(long, default_value_t = 256)]
     most: u32,
-    /// Does not compare with LAO, which is slow.
+    /// Leaves out the comparison with LAO, which is slow.
     #[arg(long)]
     no_check: bool,
-    /// Where --chart, --plot and --gallery write.
+    /// Folder that --chart, --plot and --gallery write to.
     #[arg(long, default_value = "charts")]
     out: PathBuf,
-    /// With --chart: how often volumes and images are halved [default: 1, with --quick 2].
+    /// With --chart: number of times that volumes and images are halved [default: 1, with --quick 2].
     #[arg(long)]
     halvings: Option<u32>,
-    /// Other scenes than the given one at half their resolution, in small images.
+    /// Measures scenes other than the given scene at half their resolution, in small images.
     #[arg(long)]
     quick: bool,
 }
 
-/// What else can be measured, in scenes of its own.
+/// Other measurements, in scenes of their own.
 #[derive(Args)]
 #[group(multiple = false)]
 struct Instead {
-    /// How steady and exact clipping is where such methods fail, a JSON line per figure (half an hour
-    /// on a software driver).
+    /// Steadiness and exactness of clipping where similar methods fail, a JSON line per figure (half an hour on a
+    /// software driver).
     #[arg(long, value_name = "GROUP", num_args = 0..=1)]
     stability: Option<Option<Group>>,
-    /// How many samples a carve frame takes beside the published pipeline's, in real volumes.
+    /// Number of samples of a carve frame beside that of the published pipeline, in real volumes.
     #[arg(long, value_name = "SCENE", num_args = 0..=1)]
     counts: Option<Option<CountingScene>>,
-    /// How long a carve frame takes beside a dense LAO's as published, at rest, and with more carvers:
-    /// CT of an engine.
+    /// Time of a carve frame beside that of a dense LAO as published, at rest, and with more carvers: CT of an
+    /// engine.
     #[arg(long)]
     times: bool,
-    /// What each optimization brings: all of them, then each switched off by itself; in the scene given, if
-    /// it has a volume, else CT of an engine.
+    /// Effect of each optimization: all of them on, then each switched off by itself. Uses the given scene if it has
+    /// a volume, else CT of an engine.
     #[arg(long)]
     ablation: bool,
-    /// How work grows with a generated volume: 64, 128, 256 and 512 voxels along each side.
+    /// Growth of the work with a generated volume: 64, 128, 256 and 512 voxels along each side.
     #[arg(long)]
     growth: bool,
     /// The scene of benches/peers in three shading modes.
     #[arg(long)]
     peer: bool,
-    /// How far the occlusion of ray patterns is from that of very many rays, in real volumes.
+    /// Error of the occlusion of ray patterns against very many rays, in real volumes.
     #[arg(long)]
     directions: bool,
-    /// The paper's tables 2 to 6 with our figures beside. Slow unless --quick; --most 512 adds a generated
+    /// Tables 2 to 6 of the CAO paper with our figures beside. Slow unless --quick; --most 512 adds a generated
     /// volume of that size.
     #[arg(long)]
     tables: bool,
-    /// Table 1 of the paper on occlusion by filtering: times for two radii, and for others, by its three
-    /// estimates, in CT of a head and of a torso.
+    /// Table 1 of the paper on occlusion by filtering: times for its two radii and for others, by its three
+    /// estimates. The volumes are CT of a head and of a torso.
     #[arg(long)]
     filtering: bool,
-    /// Speed against accuracy of every occlusion method: chart.csv, and charts of carve frames, frames at rest
-    /// and frames after an edit of the transfer function (35 minutes on a software driver, 10 with --quick).
+    /// Speed against accuracy of every occlusion method (35 minutes on a software driver, 10 with --quick). Writes
+    /// chart.csv, and charts of carve frames, frames at rest and frames after an edit of the transfer function.
     #[arg(long)]
     chart: bool,
     /// Draws the charts again from a chart.csv.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Times of occlusion sweeping in generated volumes, with the times of table 2 of its paper beside. The
-    /// largest is 250 voxels along each side; --most leaves out larger ones.
+    /// Times of occlusion sweeping in generated volumes, with the times of table 2 of its paper beside. The largest
+    /// volume is 250 voxels along each side; --most leaves out larger volumes.
     #[arg(long)]
     sweeping: bool,
-    /// How long an isosurface takes to draw by view rays that leap by its distance field, beside those that go
-    /// step by step, and beside the transfer function, in two CT volumes.
+    /// Time to draw an isosurface by view rays that leap by its distance field, in two CT volumes. Beside it are view
+    /// rays that go step by step, and the transfer function.
     #[arg(long)]
     isosurface: bool,
-    /// Hashes of images and voxels of small scenes, by every method in every mode: the same lines before and after a
-    /// change that is to change nothing.
+    /// Hashes of images and voxels of small scenes, by every method in every mode. The lines before and after a
+    /// change are the same if the change changes nothing.
     #[arg(long)]
     fingerprints: bool,
-    /// The scene given by every method side by side, as methods.png.
+    /// The given scene by every method side by side, as methods.png.
     #[arg(long)]
     gallery: bool,
 }
 
 impl Options {
-    /// The size of images, pixels.
+    /// Size of images, pixels.
     fn image_size(&self) -> UVec2 {
         if self.quick { UVec2::splat(200) } else { self.scene.size }
     }

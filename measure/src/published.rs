@@ -1,6 +1,6 @@
 //! Figures of the CAO paper (Titov, Kersten-Oertel, Drouin: Computers & Graphics 2024), tables 2 to 6.
 
-/// One of the paper's scenes; what has four values is for 6, 14, 26 and 54 rays.
+/// A scene of the paper. Arrays of four values are for 6, 14, 26 and 54 rays.
 pub struct Published {
     /// The scene's name.
     pub name: &'static str,
@@ -16,7 +16,7 @@ pub struct Published {
     pub lao_fps: [f64; 4],
     /// Frames per second of CAO.
     pub cao_fps: [f64; 4],
-    /// The same with a second clipping mesh.
+    /// Frames per second of CAO with a second clipping mesh.
     pub two_meshes_fps: [f64; 4],
     /// Root mean square of a voxel's error against 512 rays, 0 to 1.
     pub voxel_rms: [f64; 4],
@@ -24,7 +24,7 @@ pub struct Published {
     pub pixel_rms: [f64; 4],
 }
 
-/// Its scenes, in its order.
+/// The paper's scenes, in its order.
 pub const PUBLISHED: [Published; 3] = [
     Published {
         name: "Engine",

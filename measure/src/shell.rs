@@ -1,5 +1,5 @@
-//! A generated volume of any size, and what it is used for: a bumpy shell with a rod along each axis
-//! (`benches/peers` has the same).
+//! Measurements of a generated volume of any size: a bumpy shell with a rod along each axis (`benches/peers` has the
+//! same).
 
 use bevy::{
     math::{DAffine3, DVec2, DVec3, Vec3Swizzles},
@@ -23,12 +23,12 @@ use contextual_ao_kit::{
     scene::{BONE, SceneParts},
 };
 
-/// The scene without carvers: `size` voxels along each side, `extent_mm` in all.
+/// Parts of the scene without carvers: `size` voxels along each side, which is `extent_mm` long.
 fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
     let spacing_mm = extent_mm / size as f32;
     let function = TransferFunction::ramp(1500.0, 2500.0, 0.95, BONE);
     let mut function = function.map_err(|error| error.to_string())?;
-    // Opacity is that of a voxel.
+    // The unit of opacity is one voxel.
     function.opacity_unit_distance_mm = spacing_mm;
     Ok(SceneParts {
         name: format!("shell {size}"),
@@ -47,7 +47,7 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
     })
 }
 
-/// Values 0 to 4000; x, y and z are those of volume space.
+/// Volume of values from 0 to 4000. `x`, `y` and `z` are those of volume space.
 fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
     let at: Vec<f64> = (0..size).map(|k| 2.0 * f64::from(k) / f64::from(size - 1) - 1.0).collect();
     let waves: Vec<f64> = at.iter().map(|g| (9.0 * g).sin()).collect();
@@ -70,8 +70,9 @@ fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
     Volume::new(UVec3::splat(size), grid_to_patient, Intensities::U16(values), Rescale::default())
 }
 
-/// The same scene in more and more voxels, carved by a ball of the same share of it, with as many rays
-/// and steps of a voxel, in an image of as many pixels along each side: work grows with its surface.
+/// Measures the same scene in more and more voxels, carved by a ball of the same share of it. The number of rays and
+/// of steps of a voxel stays the same. The image has as many pixels along each side as the volume has voxels: work
+/// grows with its surface.
 pub fn growth(options: &Options) -> Result<(), String> {
     let mut last: Option<(u64, FrameTimes)> = None;
     for size in [64, 128, 256, 512].into_iter().filter(|size| *size <= options.most) {
@@ -94,7 +95,7 @@ pub fn growth(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// One size of it.
+/// Stage of the growing scene in one size.
 pub fn growing(size: u32) -> Result<Stage, String> {
     let mut parts = shell(size, 128.0)?;
     let geometry = VolumeGeometry::of(&parts.volume);
@@ -102,7 +103,7 @@ pub fn growing(size: u32) -> Result<Stage, String> {
     Ok(Stage::new(parts, UVec2::splat(size)))
 }
 
-/// The scene of `benches/peers`: a cut that moves while the camera turns.
+/// Measures the scene of `benches/peers`: a cut that moves while the camera turns.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut parts = shell(128, 128.0)?;
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));

@@ -1,4 +1,4 @@
-//! A scene at work: changed from frame to frame, timed and counted.
+//! A scene that is changed from frame to frame, timed and counted.
 
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -19,20 +19,19 @@ use contextual_ao_kit::{
 
 /// A scene in an app of its own.
 pub struct Stage {
-    /// The app.
     pub headless: Headless,
-    /// What is in it.
+    /// Entities of the scene.
     pub scene: Scene,
-    /// Where the first carver was spawned.
+    /// Transform with which the first carver was spawned.
     start: Transform,
-    /// The rays that were last cast; those of the scene before.
+    /// Rays that were last cast; before the first cast, the scene's rays.
     rays: OcclusionRays,
 }
 
-/// How far a carver moves away before it turns back, steps.
+/// Steps that a carver moves away before it turns back.
 const WAY: u32 = 8;
 
-/// How many steps from its start a carver is in a frame that goes to and fro, a step per frame.
+/// Steps from its start to a carver that moves to and fro, a step per frame.
 pub fn to_and_fro(frame: u32) -> u32 {
     let phase = frame % (2 * WAY);
     phase.min(2 * WAY - phase)
@@ -57,27 +56,27 @@ impl Stage {
         self.headless.app.world_mut()
     }
 
-    /// The device.
+    /// Adapter of the device.
     pub fn adapter(&self) -> &RenderAdapterInfo {
         self.headless.app.world().resource()
     }
 
-    /// How occlusion is computed.
+    /// Occlusion settings of the volume.
     pub fn occlusion(&self) -> AmbientOcclusion {
         self.headless.app.world().get::<AmbientOcclusion>(self.scene.volume).cloned().unwrap_or_default()
     }
 
-    /// The rays that were last cast; those of the scene before.
+    /// Rays that were last cast; before the first cast, the scene's rays.
     pub fn rays(&self) -> OcclusionRays {
         self.rays
     }
 
-    /// The samples of a dense LAO: all rays of all voxels, at full length.
+    /// Number of samples of a dense LAO: all rays of all voxels, at full length.
     pub fn dense_samples(&self) -> u64 {
         self.scene.voxels * u64::from(self.rays.pattern.rays()) * u64::from(self.rays.steps)
     }
 
-    /// Prints figures as a line of JSON, with what they are of.
+    /// Prints figures as a line of JSON, with the scene, the rays and the device.
     pub fn print(&self, figures: Value) {
         let OcclusionRays { pattern, steps, .. } = self.rays;
         let of = json!({
@@ -91,18 +90,18 @@ impl Stage {
         println!("{}", merged(of, figures));
     }
 
-    /// Changes what shades the volume.
+    /// Changes the shading mode of the volume.
     pub fn set_mode(&mut self, mode: ShadingMode) {
         self.headless.set_mode(self.scene.volume, mode);
     }
 
-    /// Changes what work is left out.
+    /// Changes the optimizations.
     pub fn set_optimizations(&mut self, optimizations: Optimizations) {
         self.world().insert_resource(optimizations);
     }
 
-    /// Changes how the volume is shaded and runs frames until all is there that does not change from
-    /// frame to frame.
+    /// Changes how the volume is shaded. Runs frames until everything is there that does not change from frame to
+    /// frame.
     pub fn prepare(&mut self, mode: ShadingMode, pattern: RayPattern) -> Result<(), String> {
         let mut occlusion = self.occlusion();
         if let Some(rays) = occlusion.method.rays_mut() {
@@ -111,9 +110,9 @@ impl Stage {
         self.prepare_with(mode, occlusion)
     }
 
-    /// The same, for all settings of occlusion.
+    /// [`Self::prepare`] with all settings of occlusion.
     pub fn prepare_with(&mut self, mode: ShadingMode, occlusion: AmbientOcclusion) -> Result<(), String> {
-        // What recomputes everything in every frame has nothing to get ready.
+        // Modes that recompute everything in every frame have nothing to prepare.
         self.set_mode(if mode.recomputes_all() { ShadingMode::Solid } else { mode });
         let volume = self.scene.volume;
         self.rays = occlusion.method.rays().copied().unwrap_or(self.rays);
@@ -123,7 +122,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Moves the first carver away from where it was spawned.
+    /// Moves the first carver by an offset from its start.
     pub fn move_carver(&mut self, offset_mm: Vec3) {
         let translation = self.start.translation + offset_mm * WORLD_UNITS_PER_MM;
         let pose = Transform { translation, ..self.start };
@@ -132,21 +131,21 @@ impl Stage {
         }
     }
 
-    /// Puts the first carver where it is in a frame in which it goes to and fro along the view's
-    /// horizontal, a voxel per frame.
+    /// Puts the first carver where it is in a frame. It moves to and fro along the view's horizontal, a voxel per
+    /// frame.
     pub fn carve(&mut self, frame: u32) {
         let way = to_and_fro(frame) as f32 * self.scene.voxel_mm;
         self.move_carver(way * self.scene.view.right());
     }
 
-    /// Turns the camera about the vertical axis through the volume's centre, from where it was spawned.
+    /// Turns the camera from its start about the vertical axis through the volume's centre.
     pub fn turn_camera(&mut self, degrees: f32) {
         let turn = Transform::from_rotation(Quat::from_rotation_y(degrees.to_radians()));
         let (camera, pose) = (self.scene.camera, turn * self.scene.view);
         self.world().entity_mut(camera).insert(pose);
     }
 
-    /// Shifts the transfer function's first point: all occlusion is invalid in the next frame.
+    /// Shifts the transfer function's first point. All occlusion is invalid in the next frame.
     pub fn edit_transfer_function(&mut self, by: f32) {
         let volume = self.scene.volume;
         let world = self.world();
@@ -155,25 +154,25 @@ impl Stage {
         if let Some(mut function) = handle.and_then(|handle| functions.get_mut(&handle)) {
             function.points[0].value += by;
         }
-        // The renderer hears of an asset a frame after it was changed.
+        // The renderer learns of a changed asset a frame later.
         self.headless.frame();
     }
 
-    /// The milliseconds of one frame.
+    /// Milliseconds of one frame.
     pub fn frame_ms(&mut self) -> f64 {
         let begin = Instant::now();
         self.headless.frame();
         begin.elapsed().as_secs_f64() * 1e3
     }
 
-    /// Times frames, before each of which `change` is made.
+    /// Times frames, and makes `change` before each frame.
     pub fn time(&mut self, frames: u32, mut change: impl FnMut(&mut Self, u32)) -> Vec<FrameTimes> {
         let mut times: Vec<FrameTimes> = Vec::new();
         let mut before = PassLog::default();
         for frame in 0..frames {
             change(self, frame);
             let total = self.frame_ms();
-            // What passes took is known one frame later.
+            // The times of passes are known one frame later.
             self.read_passes(times.last_mut(), &mut before);
             times.push(FrameTimes { total, ..default() });
         }
@@ -187,13 +186,13 @@ impl Stage {
         times
     }
 
-    /// The medians of so many frames, after some that are not counted.
+    /// Medians of `frames` frames, after `warmup` frames that are not counted.
     pub fn medians(&mut self, warmup: u32, frames: u32, change: impl FnMut(&mut Self, u32)) -> FrameTimes {
         let times = self.time(warmup + frames, change);
         FrameTimes::medians(&times[warmup as usize..])
     }
 
-    /// The same, but the total is that of as many frames before, in which no pass was waited for by itself.
+    /// [`Self::medians`], but with the total of as many frames before, which waited for no single pass.
     pub fn medians_undisturbed(
         &mut self,
         warmup: u32,
@@ -228,28 +227,28 @@ impl Stage {
         *before = passes;
     }
 
-    /// The ray cast's work in a frame before which `change` is made.
+    /// Work of the ray cast in a frame; `change` is made before the frame.
     pub fn count(&mut self, change: impl FnOnce(&mut Self)) -> Work {
         change(self);
         self.headless.count_work(self.scene.volume)
     }
 
-    /// Jobs that passes did in a frame in which nothing changed.
+    /// Number of jobs that passes did in two frames in which nothing changed.
     pub fn jobs_at_rest(&mut self) -> u64 {
-        // What ran is known one frame later.
+        // The jobs of a frame are known one frame later.
         self.headless.frames(2);
         let before = self.passes().total_jobs();
         self.headless.frames(2);
         self.passes().total_jobs() - before
     }
 
-    /// The image of a frame in which nothing else is changed.
+    /// Image of a frame in which nothing else is changed.
     pub fn image(&mut self) -> Vec<u8> {
         self.headless.frame();
         self.headless.image()
     }
 
-    /// The image with everything recomputed by the same rays.
+    /// Image with everything recomputed by the same rays.
     pub fn lao_image(&mut self) -> Vec<u8> {
         let mode = self.mode();
         self.set_mode(ShadingMode::Lao);

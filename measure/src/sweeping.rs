@@ -1,5 +1,5 @@
-//! Table 2 of the occlusion sweeping paper (Singh, Yuksel, House 2009) with our times beside: what occlusion adds
-//! to a distance field.
+//! Table 2 of the occlusion sweeping paper (Singh, Yuksel, House 2009) with our times beside. It gives the time that
+//! occlusion adds to a distance field.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -24,10 +24,10 @@ const PUBLISHED: [([u32; 3], [f64; 3]); 5] = [
     ([250, 250, 250], [23.26, 39.66, 46.64]),
 ];
 
-/// The surface, of intensities from 0 to 255.
+/// Isovalue of the surface, for intensities from 0 to 255.
 const ISOVALUE: f32 = 128.0;
 
-/// Times all sweeps of one frame, a line for each size.
+/// Times all sweeps of one frame, and prints a line for each size.
 pub fn run(options: &Options) -> Result<(), String> {
     for (voxels, paper) in PUBLISHED {
         if voxels.into_iter().all(|count| count <= options.most) {

@@ -1,5 +1,5 @@
-//! The CAO paper's tables 2 to 6 with our figures beside: real volumes that are at hand in place of its
-//! own, and ratios in place of frames per second.
+//! The CAO paper's tables 2 to 6 with our figures beside. Real volumes at hand stand for its own, and ratios for
+//! frames per second.
 
 use bevy::math::{DVec3, UVec3};
 use bevy_contextual_ao::prelude::*;
@@ -17,7 +17,7 @@ use crate::{
     times,
 };
 
-/// The paper's patterns, and as many rays of ours.
+/// The paper's patterns, and our patterns of as many rays.
 const PATTERNS: [[RayPattern; 2]; 4] = [
     [RayPattern::Neighborhood6, RayPattern::Fibonacci(6)],
     [RayPattern::Neighborhood14, RayPattern::Fibonacci(14)],
@@ -25,32 +25,32 @@ const PATTERNS: [[RayPattern; 2]; 4] = [
     [RayPattern::Rubik54, RayPattern::Fibonacci(54)],
 ];
 
-/// What was measured in one scene.
+/// Measurements in one scene.
 struct Measured {
     name: String,
-    /// The scene of the paper that it stands for.
+    /// The scene of the paper that this scene stands for.
     beside: Option<&'static Published>,
     dimensions: UVec3,
     steps: u32,
-    /// Voxels cast in a carve frame: as published, and by us; percent.
+    /// Percent of voxels cast in a carve frame: as published, and by us.
     recast_percent: [f64; 2],
     by_rays: Vec<ByRays>,
 }
 
-/// With one of [`PATTERNS`].
+/// Measurements with one of [`PATTERNS`].
 struct ByRays {
     rays: u32,
     solid: FrameTimes,
-    /// Dense LAO and CAO, both as published; not in volumes too large for that.
+    /// Dense LAO and CAO, both as published; not in volumes too large for them.
     published: Option<[FrameTimes; 2]>,
     ours: FrameTimes,
     two_carvers: FrameTimes,
-    /// Of the paper's pattern and ours against 512 rays.
+    /// RMS errors of the paper's pattern and of ours against 512 rays.
     voxel_rms: [f64; 2],
     pixel_rms: [f64; 2],
 }
 
-/// Measures what the tables hold, and prints them for each scene once it is measured, which takes long.
+/// Measures the figures of the tables, which takes long. Prints the tables of each scene once it is measured.
 pub fn run(options: &Options) -> Result<(), String> {
     let scenes = [CountingScene::EngineOpaque, CountingScene::Bonsai, CountingScene::CtTorso];
     for (scene, published) in scenes.into_iter().zip(&PUBLISHED) {
@@ -192,12 +192,12 @@ fn print_errors(
     print_table(title, ["scene", "rays", "paper", "its pattern here", "Fibonacci"], rows);
 }
 
-/// How many percent fewer there are in a second of what takes `time` than of what takes `before`.
+/// Percent by which the frame rate falls when a frame takes `time` instead of `before`.
 fn percent_lost(time: f64, before: f64) -> f64 {
     100.0 * (1.0 - before / time)
 }
 
-/// A row per number of rays: what the paper says, and what was measured.
+/// A row per number of rays: the paper's figures, and the measured figures.
 fn rows<const P: usize, const M: usize>(
     measured: &Measured,
     paper: impl Fn(&Published, usize) -> [f64; P],
@@ -216,7 +216,7 @@ fn none() -> String {
     "-".to_owned()
 }
 
-/// Columns as wide as what is in them.
+/// Prints a table. Columns are as wide as their contents.
 fn print_table<const N: usize>(title: &str, head: [&str; N], rows: impl IntoIterator<Item = Vec<String>>) {
     let mut lines = vec![head.map(str::to_owned).to_vec()];
     lines.extend(rows);

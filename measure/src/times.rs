@@ -1,4 +1,4 @@
-//! How long carve frames take beside those of a dense LAO as published, and what other carvers add.
+//! Times of carve frames beside those of a dense LAO as published, and the time that other carvers add.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -33,8 +33,8 @@ pub fn run(options: &Options) -> Result<(), String> {
     more_carvers(&mut stage, options)
 }
 
-/// Dense LAO and CAO, both without any optimization, a carver at its place: so CAO casts what is within its
-/// reach there, as published, and not also what was in its last place.
+/// Times dense LAO and CAO, both without any optimization, with a carver at rest. So CAO casts the voxels within the
+/// carver's reach, as published. A moving carver would add the voxels at its last place.
 pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], String> {
     let pattern = stage.rays().pattern;
     stage.prepare(ShadingMode::Solid, pattern)?;
@@ -42,19 +42,19 @@ pub fn published(stage: &mut Stage, frames: u32) -> Result<[FrameTimes; 2], Stri
     stage.set_mode(ShadingMode::Lao);
     let dense = stage.medians(0, frames, |_, _| {});
     stage.set_mode(ShadingMode::Cao);
-    // All at first.
+    // The first frame casts all voxels.
     let contextual = stage.medians(1, frames, |_, _| {});
     stage.set_optimizations(Optimizations::default());
     Ok([dense, contextual])
 }
 
-/// CAO with all optimizations, a voxel of motion per frame.
+/// Times CAO with all optimizations and a voxel of motion per frame.
 pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> {
     stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
     Ok(stage.medians(options.warmup, options.frames, Stage::carve))
 }
 
-/// Frames in which no carver moves.
+/// Times frames in which no carver moves.
 fn at_rest(stage: &mut Stage, options: &Options) {
     let turning = |stage: &mut Stage, frame: u32| stage.turn_camera(frame as f32);
     let turned = stage.medians(options.warmup, options.frames, turning);
@@ -65,8 +65,8 @@ fn at_rest(stage: &mut Stage, options: &Options) {
     stage.print(merged(json!({ "case": "at rest", "jobs": jobs }), rest.to_json()));
 }
 
-/// What others add that are at rest: one opposite the first, or 31 spread over the volume. The one comes
-/// and goes, because a machine's speed varies by more than it adds.
+/// Times the first carver beside carvers at rest: one opposite it, or 31 spread over the volume. The opposite carver
+/// comes and goes, because a machine's speed varies by more than it adds.
 fn more_carvers(stage: &mut Stage, options: &Options) -> Result<(), String> {
     const ROUNDS: usize = 5;
     let geometry = stage.scene.geometry;
@@ -93,7 +93,7 @@ fn more_carvers(stage: &mut Stage, options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Small balls in the cells of a lattice over the grid, but for that of the first carver: 31.
+/// Small balls in the cells of a lattice over the grid, except the first carver's cell: 31 balls.
 fn lattice(geometry: &VolumeGeometry) -> Vec<Carver> {
     let cells = DVec3::new(4.0, 4.0, 2.0);
     let places = (0..32).map(|k| (DVec3::from([k % 4, k / 4 % 4, k / 16].map(f64::from)) + 0.5) / cells);
@@ -103,7 +103,7 @@ fn lattice(geometry: &VolumeGeometry) -> Vec<Carver> {
         .collect()
 }
 
-/// Times the first carver among others.
+/// Times the first carver with others beside it.
 pub fn with(stage: &mut Stage, others: &[Carver], options: &Options) -> Result<FrameTimes, String> {
     let world = stage.headless.app.world_mut();
     let spawned: Vec<Entity> = others.iter().map(|carver| carver.spawn(world)).collect();

@@ -1,4 +1,4 @@
-//! Files through Bevy's asset server, and the demo asset.
+//! Files that Bevy's asset server loads, and the demo asset.
 
 use bevy::{asset::AssetPath, prelude::*};
 use bevy_contextual_ao::{
@@ -17,7 +17,7 @@ use crate::{
     scene::IMAGE,
 };
 
-/// A folder of this test's own.
+/// Creates a temporary folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}", std::process::id()));
     std::fs::create_dir_all(&path).expect("the temporary folder can be made");
@@ -40,7 +40,7 @@ fn app() -> Headless {
     })
 }
 
-/// Shows the file and runs frames until it has been read, or not.
+/// Shows the file, and runs frames until its reading succeeds or fails.
 fn load(app: &mut Headless, path: &Path) -> Entity {
     load_with(app, path, VolumeReadSettings::default())
 }
@@ -119,7 +119,7 @@ fn the_loaders_settings_choose_a_component() {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-/// What is logged, as text.
+/// Log output, as text.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<u8>>>);
 

@@ -22,7 +22,7 @@ fn place(x: f32) -> Transform {
     Transform::from_xyz(x, 4.0, 6.0)
 }
 
-/// Pixels that differ by more than rounding does.
+/// Number of pixels that differ by more than `tolerance` in a channel.
 fn different(a: &[u8], b: &[u8], tolerance: u8) -> usize {
     let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > tolerance);
     a.chunks(4).zip(b.chunks(4)).filter(differs).count()
@@ -74,7 +74,7 @@ fn what_is_scaled_to_nothing_comes_back() {
 
 #[test]
 fn a_mirrored_volume_is_the_mirror_image() {
-    // The camera in the plane of symmetry, so that mirroring the volume mirrors the picture.
+    // The camera is in the plane of symmetry, so mirroring the volume mirrors the picture.
     let render = |scale: Vec3| {
         let mut scene = scene();
         let volume = scene.volume;
@@ -144,7 +144,7 @@ fn one_head_in_eight_axis_orders_looks_the_same() {
     let base_grid = base.grid_to_patient();
     let images: Vec<Vec<u8>> = (0..8)
         .map(|k| {
-            // A permutation of the axes and, by the bits of k, some of them reversed.
+            // The axes are permuted. The bits of `k` reverse some of them.
             let axes =
                 [[0, 1, 2], [1, 0, 2], [2, 1, 0], [1, 2, 0], [0, 2, 1], [2, 0, 1], [0, 1, 2], [2, 1, 0]][k];
             let size = UVec3::from_array(axes.map(|axis| base.dimensions()[axis]));
@@ -177,7 +177,7 @@ fn one_head_in_eight_axis_orders_looks_the_same() {
     let shown = images[0].chunks(4).filter(|pixel| pixel[..3] != images[0][..3]).count();
     assert!(shown > 1000, "{shown} pixels");
     for (k, image) in images.iter().enumerate() {
-        // The same samples, rounded in another order: single pixels at outlines.
+        // All orders take the same samples, but round them in another order. Single pixels at outlines may differ.
         let wrong = different(&images[0], image, 6);
         assert!(wrong < shown / 50, "order {k}: {wrong} of {shown} pixels");
     }

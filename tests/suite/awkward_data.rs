@@ -1,5 +1,5 @@
-//! Volumes and settings as they come: constant, opaque, transparent, noisy, thin, odd, stretched,
-//! of 16 bits in a narrow window; rays longer than the volume, of no steps, and one alone.
+//! Unusual volumes and rays. Volumes: constant, opaque, transparent, noisy, thin, of odd size, stretched, of 16 bits
+//! in a narrow range. Rays: longer than the volume, without steps, a single ray.
 
 use bevy::{
     math::{DAffine3, DVec3},
@@ -24,7 +24,7 @@ use contextual_ao_kit::random::Random;
 fn carve(volume: Volume, function: TransferFunction, occlusion: AmbientOcclusion) -> TestScene {
     let size = (volume.dimensions().as_vec3() * volume.spacing_mm()).min_element();
     let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
-    // Through the middle of what the camera sees.
+    // The carver cuts through the middle of the region that the camera sees.
     scene.carve(
         Sphere::new(0.4 * size.max(4.0)),
         ClipMesh::default(),
@@ -90,7 +90,8 @@ fn a_transparent_volume_shows_nothing_and_occludes_nothing() {
 
 #[test]
 fn a_narrow_window_of_16_bits_is_as_sharp_as_8_bits() {
-    // The same shape in 8 bits over the whole range, and in 16 bits over 200 of 65,536 values.
+    // Both volumes have the same shape. The 8-bit volume spans its whole range. The 16-bit volume spans 256 of 65,536
+    // values.
     let size = UVec3::new(24, 22, 20);
     let fine = folded_volume(size, DVec3::ONE);
     let Intensities::U8(values) = fine.intensities() else { panic!("the test volume has 8 bits") };
@@ -107,7 +108,8 @@ fn a_narrow_window_of_16_bits_is_as_sharp_as_8_bits() {
     fine.settle();
     narrow.settle();
     let pairs = || narrow.opacities().into_iter().zip(fine.opacities()).collect::<Vec<_>>();
-    // 60 intensities of ramp: rounding in the table is a small part of one of them, 255/60 bytes.
+    // The ramp spans 60 intensities, so one intensity is 255/60 bytes. Rounding in the table is a small part of one
+    // intensity.
     let largest = pairs().iter().map(|(a, b)| a.abs_diff(*b)).max();
     assert!(largest.is_some_and(|largest| largest <= 1), "{largest:?}");
 }

@@ -1,4 +1,4 @@
-//! Meshes as they come: edge-on, thin, flipped, open, doubled, empty, huge, not finite, deforming.
+//! Unusual carver meshes: edge-on, thin, flipped, open, doubled, empty, huge, not finite, deforming.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -52,7 +52,7 @@ fn sphere() -> Triangles {
     Triangles::sphere(7.0, 24)
 }
 
-/// What carving with a mesh gives.
+/// Occlusion and image after carving with a mesh.
 fn carved_with(mesh: Mesh) -> (Vec<Option<u8>>, Vec<u8>) {
     let mut scene = scene();
     scene.carve(mesh, ClipMesh::default(), Transform::from_translation(PLACE));
@@ -89,17 +89,17 @@ fn a_carver_thinner_than_a_voxel_is_exact() {
         let tilted = Transform::from_translation(PLACE).with_rotation(Quat::from_rotation_x(0.4));
         scene.carve(Triangles::cuboid(size).mesh(), ClipMesh::default(), tilted);
         assert_exact(&mut scene, name);
-        // It takes away what it covers, and no more: no voxel is empty.
+        // The carver removes only the part that it covers, so no voxel becomes empty.
         scene.settle();
         assert!(scene.hidden() == hidden, "{name}");
-        // Of voxels that are all opaque it takes as much as it is large.
+        // From opaque voxels, the carver removes as much as its own volume.
         let mut solid = SolidScene::default();
         solid.carve(&Triangles::cuboid(size), tilted, |_| {});
         let taken: f32 =
             solid.scene.opacities().iter().map(|opacity| 1.0 - f32::from(*opacity) / 255.0).sum();
         let share = taken / size.element_product();
-        // A voxel stands for twice its size, so that all together count each place eight times, and an eighth of it.
-        // Lines are a voxel apart: a plate they meet everywhere, a needle between them nowhere.
+        // Coverage is taken over two voxels each way, so eight voxels share each place. Each voxel counts an eighth
+        // of it. Lines are a voxel apart. They meet a plate everywhere, but miss a needle that lies between them.
         let least = if name == "plate" { 0.85 } else { 0.0 };
         assert!((least..1.15).contains(&share), "{name}: {share} of it are taken");
     }
@@ -149,7 +149,7 @@ fn an_open_mesh_carves_where_it_has_two_surfaces() {
         if now != before {
             carved += 1;
             let voxel = voxel_at(index as u32, SIZE);
-            // Axes of the grid: to the right, to the front, up.
+            // The grid's axes point to the right, to the front and up.
             let centered = voxel.as_vec3() - Vec3::new(12.5, 11.5, 10.5);
             let p = Vec3::new(-centered.x, centered.z, centered.y);
             outside += usize::from(!exact.contains(p) && exact.distance(p) > 0.1);
@@ -245,7 +245,7 @@ fn rigged_box() -> Mesh {
         .with_morph_targets(targets)
 }
 
-/// The box with its corners moved by hand.
+/// The box, with its corners moved by `change`.
 fn moved_box(change: impl Fn([f32; 3]) -> [f32; 3]) -> Mesh {
     let mut base = Triangles::cuboid(Vec3::new(6.0, 12.0, 6.0));
     base.positions.iter_mut().for_each(|p| *p = change(*p));
@@ -271,7 +271,7 @@ fn skinned_and_morphing_meshes_carve_as_they_are_posed() {
     let rest = (scene.occlusion(), scene.headless.image());
     assert!(rest == carved_with(moved_box(|p| p)), "at rest");
 
-    // The upper half goes up: in the frame of the move.
+    // The upper half moves up, and is carved in the same frame.
     let mut raised = place;
     raised.translation.y += 4.0 * WORLD_UNITS_PER_MM;
     scene.world().entity_mut(joints[1]).insert(raised);
@@ -281,14 +281,14 @@ fn skinned_and_morphing_meshes_carve_as_they_are_posed() {
     assert!(expected.1 != rest.1, "raised is as at rest");
     let raised = expected;
 
-    // And widens.
+    // The box widens.
     scene.world().entity_mut(carver).insert(MeshMorphWeights::Value { weights: vec![1.0] });
     scene.headless.frame();
     let expected = carved_with(moved_box(|[x, y, z]| [1.5 * x, if y > 0.0 { y + 4.0 } else { y }, z]));
     assert!((scene.occlusion(), scene.headless.image()) == expected, "morphed");
     assert!(expected.1 != raised.1, "widened is as before");
 
-    // A rig that moves as a whole is not drawn anew.
+    // A rig that moves as a whole needs no new depth maps.
     scene.settle();
     scene.headless.frame();
     let drawn = scene.status().passes.jobs(SPAN_DEPTH);
@@ -298,7 +298,7 @@ fn skinned_and_morphing_meshes_carve_as_they_are_posed() {
     scene.headless.frames(2);
     assert_eq!(scene.status().passes.jobs(SPAN_DEPTH), drawn);
 
-    // Without a rig it is the mesh itself again.
+    // Without a rig, the carver is the mesh itself again.
     scene.world().entity_mut(carver).remove::<(SkinnedMesh, MeshMorphWeights)>();
     scene.move_carver(carver, Transform::from_translation(PLACE));
     scene.settle();

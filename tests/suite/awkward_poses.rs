@@ -1,5 +1,5 @@
-//! Poses as they come: huge, tiny, not finite, outside, around everything, on the face, coincident;
-//! and a camera inside the hole.
+//! Unusual carver poses: huge, tiny, not finite, outside, around everything, on the face, coincident. Also a camera
+//! inside the hole.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::Work, prelude::*};
@@ -99,7 +99,7 @@ fn a_carver_exactly_on_the_faces_is_exact() {
         Transform::from_xyz(0.0, 0.0, 0.25 * size.z),
     );
     assert_exact(&mut scene, "half of the volume");
-    // Touching from outside.
+    // The carver touches the volume from outside.
     scene.move_carver(carver, Transform::from_xyz(0.0, 0.0, 0.75 * size.z));
     scene.settle();
     assert!(scene.hidden() == hidden);
@@ -119,12 +119,12 @@ fn coincident_carvers_carve_like_one() {
     };
     let (one, three) = (carve(1), carve(3));
     assert!(one.2 == three.2, "not the same is hidden");
-    // What two carvers cut at once is counted by 41 points, which are off by up to 0.17 in coverage,
-    // but in one cell of a ray: a few hundredths of the occlusion.
+    // Voxels that two carvers cut are counted by 41 points, so their coverage is off by up to 0.17. A ray meets this
+    // error in one cell only: a few hundredths of the occlusion.
     let known = one.0.iter().zip(&three.0).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
     let largest = known.map(|(a, b)| a.abs_diff(b)).max();
     assert!(largest.is_some_and(|largest| largest <= 12), "{largest:?}");
-    // Two coincident or twenty make no difference at all.
+    // Two and three coincident carvers give exactly the same result.
     assert!(carve(2) == three);
 }
 
@@ -140,7 +140,7 @@ fn abutting_carvers_leave_no_sheet_between_them() {
     }
     scene.settle();
     assert_exact(&mut scene, "abutting");
-    // Voxels in the middle of both: grid axis 0 runs towards -x.
+    // The voxels lie where the carvers meet. Grid axis 0 runs towards -x.
     let opacities = scene.opacities();
     let at = |x: f32| {
         let voxel = Vec3::new(12.5 - x, 11.5 + PLACE.z, 10.5 + PLACE.y).round().as_uvec3();

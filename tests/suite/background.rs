@@ -1,4 +1,4 @@
-//! Voxels that are no numbers: background, and said so once.
+//! Voxels that are NaN or infinite become background, and are counted.
 
 use bevy::math::UVec3;
 use bevy_contextual_ao::volume::{Volume, VolumeError, read_volume_file};
@@ -30,16 +30,16 @@ fn what_is_no_number_is_background() {
     let text = nrrd("type: float\nencoding: text\nsizes: 4 1 1\n", b"nan -5.25 -inf 2.5");
     #[rustfmt::skip]
     let files = [
-        // Hounsfield units: air.
+        // In Hounsfield units, the background is air.
         ("ct.nii", float(&[NAN, -1000.0, 40.5, NAN, 3000.0]), vec![-1000.0, -1000.0, 40.5, -1000.0, 3000.0], 2),
-        // Infinities say no more than NaN.
+        // Infinities count as NaN.
         ("infinite.nii", float(&[INFINITY, 2.5, -INFINITY, 7.5]), vec![2.5, 2.5, 2.5, 7.5], 2),
-        // Labels from one on: zero, not the first of them.
+        // Labels start at one, so the background is zero, not the first label.
         ("labels.nii", float(&[1.0, NAN, 2.0, 3.0]), vec![1.0, 0.0, 2.0, 3.0], 1),
         ("signed.nii", float(&[-2.0, NAN, 3.0]), vec![-2.0, -2.0, 3.0], 1),
-        // Far from zero nothing is stretched to there.
+        // Far from zero, the background is the lowest value. The range is not stretched to zero.
         ("far.nii", float(&[1e6, NAN, 1e6 + 1.0]), vec![1e6, 1e6, 1e6 + 1.0], 1),
-        // The lowest in the file's unit, which falls as its numbers rise.
+        // The background is the lowest value in the file's unit, which falls as the stored numbers rise.
         ("falling.nii", slope(-2.0, float(&[1.0, NAN, 3.0])), vec![-2.0, -6.0, -6.0], 1),
         ("rising.nii", slope(2.0, float(&[1.5, NAN, 3.0])), vec![3.0, 3.0, 6.0], 1),
         ("one.nii", float(&[0.25, NAN]), vec![0.25, 0.25], 1),
@@ -50,7 +50,7 @@ fn what_is_no_number_is_background() {
     ];
     for (name, file, expected, count) in files {
         let volume = read_volume_file(&scratch.write(name, &file)).unwrap_or_else(|error| panic!("{error}"));
-        // Half a step of 65535 over the values' range.
+        // Half a step, of 65535 steps over the values' range.
         let [low, high] = volume.range();
         let tolerance = (high - low) / 65_535.0 / 2.0 + 1e-9;
         for (found, expected) in values(&volume).into_iter().zip(expected) {

@@ -1,4 +1,4 @@
-//! The readers on files broken in every way: refused for the right reason.
+//! The readers refuse broken files, each for the right reason.
 
 use bevy_contextual_ao::volume::read_volume_file;
 

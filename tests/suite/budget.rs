@@ -1,4 +1,4 @@
-//! The budget is a cap, and what does not fit is told once for every volume.
+//! The budget is a cap. Each volume reports once if it, or its occlusion, does not fit.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -52,7 +52,7 @@ fn scene(is_wide: bool, method: OcclusionMethod) -> TestScene {
     scene
 }
 
-/// What a scene tells with such a budget, and what it takes.
+/// Number of failures that a scene reports with a budget, and bytes that the scene takes.
 fn with_budget(scene: &mut TestScene, max_bytes: u64) -> (usize, u64) {
     scene.world().insert_resource(Told::default());
     scene.world().resource_mut::<VolumeBudget>().max_bytes = max_bytes;
@@ -62,7 +62,7 @@ fn with_budget(scene: &mut TestScene, max_bytes: u64) -> (usize, u64) {
     (told, scene.status().usage.bytes)
 }
 
-/// What a scene of 8 bits takes, without anything that its occlusion keeps.
+/// Bytes of an 8-bit scene whose occlusion keeps nothing of its own.
 fn bytes_of_rays() -> u64 {
     with_budget(&mut scene(false, FEW_RAYS.into()), 4 << 30).1
 }
@@ -99,7 +99,7 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
     let method = OcclusionMethod::Filtering(default());
     let bytes = bytes_of_rays();
     let mut scene = scene(false, method.clone());
-    // Room for two volumes of this size, and for what filtering keeps of neither.
+    // The budget holds two volumes of this size, but the filtering resources of neither.
     scene.world().resource_mut::<VolumeBudget>().max_bytes = 2 * bytes;
     let first = scene.volume;
     let world = scene.world();
@@ -115,13 +115,13 @@ fn a_volume_without_occlusion_is_told_of_once_for_every_volume() {
     assert_eq!(entities, both);
     assert!(told.unoccluded.iter().all(|event| event.shortfall.fallback == OcclusionFallback::Unoccluded));
     assert!(told.occluded.is_empty(), "said to be occluded: {:?}", told.occluded);
-    // It is drawn all the same, as if it were solid.
+    // The volume is still drawn, as in solid mode.
     let image = scene.headless.image();
     assert!(!is_empty(&image));
     scene.set_mode(ShadingMode::Solid);
     scene.headless.frame();
     assert_eq!(different_pixels(&scene.headless.image(), &image), 0);
-    // With more room it gets its occlusion, and says so.
+    // With more room, the volume gets its occlusion, and reports it.
     scene.set_mode(ShadingMode::Cao);
     *scene.world().resource_mut::<VolumeBudget>() = default();
     scene.headless.frames(3);
@@ -157,7 +157,7 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let mut scene = scene(false, FEW_RAYS.into());
     scene.settle();
     let image = scene.headless.image();
-    // The second fits beside the first only at half its size.
+    // The second volume fits beside the first only at half its size.
     *scene.world().resource_mut::<VolumeBudget>() =
         VolumeBudget { max_bytes: bytes + 3 * bytes / 5, halves: true };
     let first = scene.volume;
@@ -165,7 +165,7 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
     let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
     let second = world.spawn((Volume3d(data), function, few_rays(), Visibility::Hidden)).id();
-    // It is halved in the background.
+    // The second volume is halved in the background.
     let are_both_there =
         |headless: &Headless| headless.app.world().resource::<RenderStatus>().usage.bytes > bytes;
     assert!(scene.headless.frames_until(are_both_there), "the second does not come");
@@ -200,7 +200,7 @@ fn every_failure_is_told_once_with_its_reason() {
     };
     assert!(is_told(&mut scene, 1));
     assert_eq!(different_pixels(&scene.headless.image(), &before), 0, "the old volume is gone");
-    // An entity that comes with a file that failed before is told as well, once.
+    // A new entity with a file that failed before is reported too, once.
     let late = scene.world().spawn(Volume3d(missing)).id();
     assert!(is_told(&mut scene, 2));
     let function = scene.world().resource::<AssetServer>().load::<TransferFunction>("no_such_function.vp");

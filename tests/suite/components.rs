@@ -1,4 +1,4 @@
-//! Images of more than one number per voxel: refused by what they are, or read one volume at a time.
+//! Images with more than one number per voxel are refused by their kind, or read one volume at a time.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ fn component(path: &Path, component: u32) -> Result<Volume, VolumeFileError> {
     read_volume_file_with(path, &VolumeReadSettings { component: Some(component), ..Default::default() })
 }
 
-/// Three volumes of 2x3x4 voxels, which count on from each other; one after the other, or with the axis of the
-/// volumes before that many of the grid's.
+/// Three volumes of 2x3x4 voxels, whose values count on from one volume to the next. In the file, `axes_before` axes
+/// of the grid come before the axis of the volumes.
 fn three_volumes(axes_before: usize) -> Vec<u8> {
     let run: usize = [2, 3, 4][..axes_before].iter().product();
     let runs = 24 / run;
@@ -116,14 +116,14 @@ fn claims_of_more_than_a_file_can_hold_are_refused() {
 #[test]
 fn numbers_have_their_width_in_every_component() {
     let scratch = Scratch::new("wide_components");
-    // Two volumes of 2x1x1 in turns, big-endian.
+    // Two volumes of 2x1x1 voxels, interleaved and big-endian.
     let data = [1u16, 1000, 2, 2000].map(u16::to_be_bytes).concat();
     let fields = "type: ushort\nendian: big\ndimension: 4\nsizes: 2 2 1 1\nkinds: list space space space\n";
     let path = scratch.write("a.nrrd", &nrrd(fields, &data));
     for (index, expected) in [(0, vec![1, 2]), (1, vec![1000, 2000])] {
         assert!(*component(&path, index).unwrap().intensities() == Intensities::U16(expected));
     }
-    // A file that is cut off still has what comes before.
+    // A truncated file still holds the components before the cut.
     let last: Vec<u8> = (0..60).collect();
     let path = scratch.write("cut.nii", &nifti(&[2, 3, 4, 3], 2, &last));
     assert_eq!(component(&path, 1).unwrap().value_at(UVec3::ZERO), Some(24.0));
@@ -141,7 +141,7 @@ fn images_of_several_values_per_voxel_are_refused_by_what_they_are() {
     };
     let last = nrrd("dimension: 4\nsizes: 2 3 4 3\nkinds: space space space RGB-color\n", &data);
     let flat = nrrd("sizes: 4 8 9\nkinds: RGBA-color domain domain\n", &data);
-    // An axis of vectors that the intent at byte 68 names.
+    // The intent at byte 68 says that an axis holds vectors.
     let intent = |code: i16, sizes: &[i16]| with(nifti(sizes, 16, &data), 68, &code.to_le_bytes());
     #[rustfmt::skip]
     let files = [
@@ -169,7 +169,7 @@ fn images_of_several_values_per_voxel_are_refused_by_what_they_are() {
     ];
     for (name, bytes, expected) in files {
         let path = scratch.write(name, &bytes);
-        // Choosing a component makes no volume of a colour.
+        // A colour image stays refused even if a component is chosen.
         for message in
             [read_volume_file(&path), component(&path, 0)].map(|read| read.unwrap_err().to_string())
         {
@@ -177,6 +177,6 @@ fn images_of_several_values_per_voxel_are_refused_by_what_they_are() {
             assert!(message.contains("not a volume of one number per voxel"), "{name}: {message}");
         }
     }
-    // A single value of those intents is a scalar.
+    // A single value with such an intent is a scalar.
     read_volume_file(&scratch.write("one.nii", &intent(1007, &[2, 3, 4, 1, 1]))).unwrap();
 }

@@ -1,5 +1,5 @@
-//! What carvers leave of a voxel by rules that count points, against the same points counted one by one with an
-//! exact inside test of the carvers' meshes.
+//! Coverage by the rules that count points, against an exact count. An exact inside test of the carvers' meshes
+//! judges the same points one by one.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
@@ -16,14 +16,14 @@ const SIZE: UVec3 = UVec3::new(26, 24, 22);
 const MAP_SIZE: u32 = 512;
 const SPACING: DVec3 = DVec3::new(1.0, 0.8, 1.3);
 
-/// A carver: its mesh, what it does, where it is (mm from the volume's centre).
+/// A carver's mesh, operation and pose (mm from the volume's centre).
 type Carver = (Triangles, ClipMesh, Transform);
 
-/// A carver's mesh as the volume has it.
+/// A carver's mesh, placed in the volume.
 struct Shape {
     exact: InsideTest,
     keeps: bool,
-    /// Nearer to the surface than this, mm, the depth maps cannot tell: a depth is that of its texel's centre.
+    /// Distance from the surface, mm, below which the depth maps cannot tell: a depth is that of its texel's centre.
     texel_mm: f32,
 }
 
@@ -36,13 +36,14 @@ impl Shape {
         Self {
             exact: InsideTest::new(&placed),
             keeps: clip_mesh.operation == ClipOperation::Intersect,
-            // Half a texel's diagonal, its margin of two 512ths of the mesh on either side counted, and rounding.
+            // Half a texel's diagonal, plus rounding. The texel includes the map's margin of two 512ths of the mesh
+            // on either side.
             texel_mm: 0.72 * extent.max_element() / MAP_SIZE as f32,
         }
     }
 }
 
-/// What is known of a point.
+/// Visibility of a point.
 #[derive(Clone, Copy, PartialEq)]
 enum Point {
     Visible,
@@ -59,13 +60,13 @@ fn look_at(shapes: &[Shape], p: Vec3) -> Point {
     if is_visible { Point::Visible } else { Point::Clipped }
 }
 
-/// The first 9 points of the published rule (algorithm 2), voxels from a voxel's centre: that and the corners.
+/// First 9 points of the published rule (algorithm 2), in voxels from a voxel's centre: the centre and the corners.
 fn first_points() -> Vec<DVec3> {
     let corners = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| f64::from(2 * (k >> axis & 1) - 1))));
     [DVec3::ZERO].into_iter().chain(corners.map(|corner| 1.025 * corner)).collect()
 }
 
-/// The 32 more: the low-discrepancy sequence of Roberts (2018) in [-1, 1]^3, of which a step is by the first three
+/// The 32 further points: the low-discrepancy sequence of Roberts (2018) in [-1, 1]^3. Its steps are the first three
 /// powers of 1 / g, with g^4 = g + 1.
 fn more_points() -> Vec<DVec3> {
     let g = (0..60).fold(1.2f64, |g, _| (g + 1.0).powf(0.25));
@@ -73,7 +74,7 @@ fn more_points() -> Vec<DVec3> {
     (1..=32).map(|k| 2.0 * (0.5 + f64::from(k) * step).fract() - 1.0).collect()
 }
 
-/// The least and the most coverage that a rule may give a voxel; `None` if it is not known which points count.
+/// Least and most coverage that a rule may give a voxel. `None` if it is unknown which points count.
 fn expected(rule: CoverageRule, look: impl Fn(DVec3) -> Point) -> Option<[f64; 2]> {
     let count = |points: &[DVec3]| {
         let seen: Vec<_> = points.iter().map(|offset| look(*offset)).collect();
@@ -94,9 +95,10 @@ fn expected(rule: CoverageRule, look: impl Fn(DVec3) -> Point) -> Option<[f64; 2
     Some([(visible + more) / 41.0, (visible + more + unsure) / 41.0])
 }
 
-/// Compares all voxels with a rule; where that is not the scene's, only those through which two surfaces pass.
+/// Compares all voxels with the rule `counted_by`. If the scene has another rule, compares only voxels that two
+/// surfaces cross.
 fn check(name: &str, carvers: &[Carver], rule: CoverageRule, counted_by: CoverageRule) {
-    // All of it is opaque: the opacity of a voxel is its coverage.
+    // The whole volume is opaque, so a voxel's opacity is its coverage.
     let volume = volume_from(SIZE, SPACING, |_| 1.0);
     let geometry = VolumeGeometry::of(&volume);
     let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
@@ -106,7 +108,7 @@ fn check(name: &str, carvers: &[Carver], rule: CoverageRule, counted_by: Coverag
     }
     scene.settle();
     let shapes: Vec<_> = carvers.iter().map(Shape::new).collect();
-    // No point is farther from its voxel's centre.
+    // No point lies farther from its voxel's centre than this.
     let reach_mm = 1.03 * geometry.cell_diagonal_mm() as f32;
     let (mut partial, mut skipped, mut compared) = (0, 0, 0);
     for (index, opacity) in (0..).zip(scene.opacities()) {
@@ -130,13 +132,13 @@ fn check(name: &str, carvers: &[Carver], rule: CoverageRule, counted_by: Coverag
         let [least, most] = range.map(|share| (255.0 * share).round() as u8);
         assert!((least..=most).contains(&opacity), "{name}, {voxel}: {opacity}, not {least} to {most}");
         compared += 1;
-        // Known to one of 41 points.
+        // The coverage is known to one of 41 points.
         partial += usize::from((1..255).contains(&least) && most - least <= 7);
     }
     println!("{name}, {rule:?}: {compared} compared, {partial} of them cut, {skipped} skipped");
     let is_cut = counted_by != CoverageRule::Center;
     assert!(if is_cut { partial > 50 } else { compared > 1000 }, "{name}: {partial} voxels are cut");
-    // A texel is a twentieth of a voxel; beside two surfaces at once more points are near one.
+    // A texel is a twentieth of a voxel. Beside two surfaces, more points are too near a surface to tell.
     let most_skipped = if rule == counted_by { compared / 10 } else { compared };
     assert!(skipped < most_skipped, "{name}: {skipped} of {compared} voxels cannot be told");
 }

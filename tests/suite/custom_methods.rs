@@ -1,4 +1,4 @@
-//! Methods that other plugins bring.
+//! Occlusion methods that other plugins add.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{prelude::*, render::VolumeTexture, render::VoxelMethodPlugin};
@@ -22,7 +22,7 @@ fn openness(distance_voxels: u32) -> OcclusionMethod {
     OcclusionMethod::custom(Openness { distance_voxels })
 }
 
-/// The one line that adds the method.
+/// Adds the method in one line.
 fn add(app: &mut App) {
     app.add_plugins(VoxelMethodPlugin::<OpennessMethod>::default());
 }
@@ -32,7 +32,7 @@ fn set(scene: &mut TestScene, method: OcclusionMethod) {
     scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").method = method;
 }
 
-/// What the shader should find, of the opacities that are there.
+/// Occlusion factors (bytes) that the shader should compute from the scene's opacities.
 fn expected(scene: &TestScene, distance: i32) -> Vec<f64> {
     let opacities = scene.opacities();
     let size = SIZE.as_ivec3();
@@ -57,7 +57,7 @@ fn check(scene: &TestScene, distance: i32) {
     let expected = expected(scene, distance);
     assert_eq!(found.len(), expected.len());
     for (found, expected) in found.into_iter().zip(expected) {
-        // Rounded to a byte, of sums that are rounded to a 2^23rd.
+        // Factors are rounded to a byte. Their sums are rounded to a 2^23rd.
         assert!((f64::from(found) - expected).abs() < 0.501, "{found}, not {expected}");
     }
 }
@@ -69,13 +69,13 @@ fn a_method_of_another_plugin_computes_what_is_drawn() {
     scene.settle();
     check(&scene, 1);
     let runs = |scene: &TestScene| scene.status().passes.jobs(Openness::SPAN);
-    // What ran is known one frame later.
+    // Passes that ran are reported one frame later.
     scene.headless.frame();
     let (image, before) = (scene.headless.image(), runs(&scene));
     assert_eq!(before, 1);
     scene.headless.frames(3);
     assert_eq!(runs(&scene), before, "nothing changed");
-    // A carver that moves, and settings that change, are drawn in the same frame.
+    // A moved carver and changed settings are drawn in the same frame.
     scene.move_carver(carver, Transform::from_xyz(3.0, 2.0, 6.0));
     scene.headless.frame();
     check(&scene, 1);
@@ -83,7 +83,7 @@ fn a_method_of_another_plugin_computes_what_is_drawn() {
     set(&mut scene, openness(3));
     scene.headless.frame();
     check(&scene, 3);
-    // And back to a method of this crate.
+    // The scene switches back to a method of this crate.
     set(&mut scene, FEW_RAYS.into());
     scene.settle();
     let rays = scene.headless.image();

@@ -1,5 +1,5 @@
-//! Direct occlusion shading against its definition, slice by slice in double precision; and what it makes of
-//! carvers, opaque meshes and several cameras.
+//! Direct occlusion shading against its definition, slice by slice in double precision. Also its drawing of carvers,
+//! opaque meshes and several cameras.
 
 mod reference;
 
@@ -18,10 +18,10 @@ use crate::scene::{
 };
 use reference::Reference;
 
-/// Light, so that display values follow the linear ones; the images' background is this.
+/// Background of the images. It is light, so that display values follow the linear ones.
 const BACKGROUND: LinearRgba = LinearRgba::rgb(0.3, 0.3, 0.3);
 
-/// Quick on a software driver.
+/// Settings that are quick on a software driver.
 fn coarse() -> DirectOcclusion {
     DirectOcclusion { slice_voxels: 1.0, ..default() }
 }
@@ -73,11 +73,12 @@ fn check(projection: Projection, settings: DirectOcclusion, function: TransferFu
     let shown = found.iter().filter(|color| color.distance(Vec3::splat(0.3)) > 0.01).count();
     println!("{settings:?}: largest {largest:.4}, rms {rms:.5}, {shown} pixels");
     assert!(shown > 1000, "the volume fills {shown} pixels");
-    // Half a display value is up to 0.0045 in linear light. Filter weights have 8 fractional bits, so that an
-    // intensity is off by up to 3/512 of the differences between its 8 neighbours, and the light by 2/512 of
-    // those between 4; these errors have either sign and mostly cancel over slices and samples.
+    // Half a display value is up to 0.0045 in linear light. Filter weights have 8 fractional bits. An intensity is
+    // therefore off by up to 3/512 of the differences between its 8 neighbours. The light is off by up to 2/512 of
+    // the differences between its 4 neighbours. These errors have either sign, and mostly cancel over slices and
+    // samples.
     assert!(rms <= 0.004, "rms {rms}");
-    // One sample of a pixel may be beside the volume's box here and not there.
+    // A sample of a pixel may miss the volume's box in only one of the two images.
     let far = differences.iter().filter(|&&difference| difference > 0.02).count();
     assert!(far <= found.len() / 1000, "{far} pixels differ, by up to {largest}");
 }
@@ -94,7 +95,7 @@ fn a_perspective_view_is_as_defined() {
         DirectOcclusion { exact_distance: true, samples: 4, ..settings },
         translucent_ramp(),
     );
-    // The camera is inside the box.
+    // The near plane cuts the box.
     let inside = Projection::Perspective(PerspectiveProjection { near: 0.062, fov: 0.6, ..default() });
     check(inside, settings, translucent_ramp());
 }
@@ -108,7 +109,7 @@ fn an_orthographic_view_is_as_defined() {
     check(orthographic(), settings, opaque_ramp().with_opacity(0.6));
 }
 
-/// Sets the opacity of a ramp's end.
+/// Limits the opacity of a transfer function.
 trait WithOpacity {
     fn with_opacity(self, opacity: f32) -> Self;
 }
@@ -124,8 +125,8 @@ impl WithOpacity for TransferFunction {
 
 #[test]
 fn a_narrow_cone_sees_what_the_eye_sees() {
-    // With light from the eye alone, T of it gets where T of what is there is seen: of a colour c, through
-    // slices of opacity a, sum(a T^2) c is seen.
+    // Light comes from the eye alone. A point seen through transmittance T gets the share T of the light. Slices of
+    // opacity a and colour c therefore show sum(a T^2) c.
     let narrow = DirectOcclusion { aperture_degrees: 0.0, ..coarse() };
     let shade = |opacity: f32| {
         let function = TransferFunction::ramp(10.0, 11.0, opacity, [1.0; 3]).expect("a ramp");
@@ -141,7 +142,7 @@ fn a_narrow_cone_sees_what_the_eye_sees() {
     let opaque = shade(1.0);
     assert!(opaque > 0.999, "an unoccluded surface has its colour, not {opaque}");
     let opacity = 0.2;
-    // From face to face there are 17 slices, a voxel apart.
+    // The 17 slices from face to face are a voxel apart.
     let expected: f64 = (0..17).map(|slice| 0.2 * 0.8f64.powi(2 * slice)).sum();
     let left = 0.8f64.powi(17) * 0.3;
     let found = shade(opacity);
@@ -193,8 +194,8 @@ fn other_modes_and_methods_are_drawn_as_ever() {
     scene.headless.frames(2);
     assert_eq!(scene.status().passes.jobs(DirectOcclusion::SPAN), jobs, "nobody needs the pass");
     assert!(different(&solid, &direct) > 500);
-    // Occlusion only darkens, and the silhouette stays: but for the outermost pixels, where a ray may pass
-    // between slices.
+    // Occlusion only darkens, and the silhouette stays. The outermost pixels are an exception: a ray may pass between
+    // slices there.
     let brighter = |(a, b): (&[u8], &[u8])| a[0] > b[0] + 8;
     let is_background = |pixel: &[u8]| pixel == &solid[..4];
     let pairs = || direct.chunks(4).zip(solid.chunks(4)).filter(|(_, b)| !is_background(b));
@@ -206,7 +207,7 @@ fn other_modes_and_methods_are_drawn_as_ever() {
     scene.set_mode(ShadingMode::Cao);
     scene.headless.frames(2);
     assert_eq!(different(&scene.headless.image(), &direct), 0);
-    // Another method and back.
+    // The scene switches to another method and back.
     let volume = scene.volume;
     scene.world().entity_mut(volume).insert(few_rays());
     scene.headless.frames(3);
@@ -248,7 +249,7 @@ fn opaque_meshes_hide_and_cut_off() {
     let beside = red_at(view * 0.28);
     assert!(beside > 20, "{beside} red pixels where the mesh sticks out");
 
-    // In a translucent volume the mesh is seen through what is in front of it, and nothing behind it.
+    // In a translucent volume, the mesh shows through the part in front of it, and hides the part behind it.
     let world = scene.world();
     let function = world.resource_mut::<Assets<TransferFunction>>().add(translucent_ramp());
     let volume = scene.volume;
@@ -264,7 +265,7 @@ fn opaque_meshes_hide_and_cut_off() {
 
 #[test]
 fn every_kind_of_camera_draws() {
-    // What is in front of black stays so, wherever tones are mapped.
+    // A black background stays black, wherever tones are mapped.
     let (mut scene, _) = shown(coarse());
     scene.world().insert_resource(ClearColor(Color::BLACK));
     scene.headless.frame();
@@ -286,7 +287,7 @@ fn every_kind_of_camera_draws() {
     }
     let [plain, multisampled, mapped, hdr] = &images[..] else { unreachable!("four images") };
     assert_eq!(different(plain, multisampled), 0, "samples of a pixel differ");
-    // What covers black is mapped as it is; where it is translucent, at outlines, mapping comes first.
+    // Opaque pixels are mapped as they are. Translucent pixels, at outlines, are mapped before they cover black.
     let mapped_byte = |byte: &u8| {
         let color = LinearRgba::from(Srgba::rgb_u8(*byte, 0, 0)).red;
         255.0 * Srgba::from(LinearRgba::rgb(color / (1.0 + color), 0.0, 0.0)).red
@@ -296,7 +297,8 @@ fn every_kind_of_camera_draws() {
         (colors().count(), colors().filter(|(a, b)| (mapped_byte(a) - f32::from(**b)).abs() > 1.5));
     let far = far.count();
     assert!(all > 3000 && far < all / 15, "{far} of {all} values are not mapped so");
-    // In the shader or in a pass: the same tones, but for the blending of translucent edges.
+    // Mapping in the shader and mapping in a pass give the same tones. Only the blending of translucent edges
+    // differs.
     let far = mapped.iter().zip(hdr).filter(|(a, b)| a.abs_diff(**b) > 3).count();
     assert!(far < 200, "{far} values differ");
 }
@@ -304,7 +306,7 @@ fn every_kind_of_camera_draws() {
 #[test]
 fn cameras_and_volumes_share_buffers_but_nothing_else() {
     let (mut scene, alone) = shown(coarse());
-    // A second camera that draws on the right, over what the first has drawn there.
+    // A second camera draws on the right, over the image of the first.
     let camera = scene.camera();
     let world = scene.world();
     let (target, pose) = {
@@ -338,7 +340,7 @@ fn cameras_and_volumes_share_buffers_but_nothing_else() {
     let pairs = || alone.chunks(4).zip(both.chunks(4)).enumerate();
     let outside = pairs().filter(|(index, (a, b))| !is_right(*index) && a != b).count();
     assert_eq!(outside, 0, "the second camera shows outside of its viewport");
-    // By itself it shows the same, but for what lies behind translucent edges.
+    // Alone, the second camera shows the same, except behind translucent edges.
     scene.world().get_mut::<Camera>(camera).expect("a camera").is_active = false;
     scene.headless.frames(2);
     let by_itself = scene.headless.image();
@@ -350,7 +352,7 @@ fn cameras_and_volumes_share_buffers_but_nothing_else() {
     scene.world().get_mut::<Camera>(camera).expect("a camera").is_active = true;
     scene.world().entity_mut(second).despawn();
 
-    // A second volume, hidden by the first, shows nowhere; beside it, in front of nothing, it does.
+    // A second volume is hidden behind the first. In front of the first, it shows.
     let hidden = Transform::from_translation(-pose.translation * 0.9);
     let data = folded_volume(UVec3::splat(12), DVec3::ONE);
     let world = scene.world();
@@ -392,7 +394,7 @@ fn any_settings_are_survived() {
         scene.world().entity_mut(volume).insert(occlusion(settings));
         scene.headless.frames(2);
         let image = scene.headless.image();
-        // One slice may be all.
+        // Very thick slices may leave a single slice.
         assert!(settings.slice_voxels > 100.0 || !is_empty(&image), "{settings:?} shows nothing");
     }
 }

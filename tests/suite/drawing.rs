@@ -1,4 +1,4 @@
-//! The drawn image: with opaque meshes, from inside, beside holes. `views` compares it with the integral.
+//! The drawn image with opaque meshes, from inside, and beside holes. `views` compares the image with the integral.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -57,7 +57,7 @@ fn opaque_meshes_hide_and_are_hidden() {
     assert!(in_front > 100, "{in_front} red pixels in front of the volume");
     let behind = red_at(-view * 0.6);
     assert!(behind < in_front / 20, "{behind} red pixels through the opaque volume");
-    // Half in, half out of the volume's corner: partly seen.
+    // The mesh is half inside the volume's corner, so it is partly seen.
     let beside = red_at(view * 0.28);
     assert!(beside > 20, "{beside} red pixels where the mesh sticks out");
 }
@@ -71,14 +71,14 @@ fn a_lit_mesh_is_drawn_beside_the_volume() {
     let view = *scene.world().get::<Transform>(camera).expect("a place");
     let world = scene.world();
     let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.002));
-    // On devices with binding arrays Bevy puts materials, and their textures, in such.
+    // On devices with binding arrays, Bevy puts materials and their textures into such arrays.
     let white = world.resource_mut::<Assets<Image>>().add(Image::default());
     let material = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
         base_color: Color::srgb(1.0, 0.0, 0.0),
         base_color_texture: Some(white),
         ..default()
     });
-    // In a corner of the image.
+    // The mesh is in a corner of the image.
     let place = Transform::from_translation(view.transform_point(Vec3::new(0.016, 0.016, -0.05)));
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place));
     world.spawn((DirectionalLight::default(), view));
@@ -86,7 +86,7 @@ fn a_lit_mesh_is_drawn_beside_the_volume() {
     let is_drawn = |headless: &Headless| pixels(&headless.image(), is_reddish) > 20;
     assert!(scene.headless.frames_until(is_drawn), "the mesh is not drawn");
     let image = scene.headless.image();
-    // The ball's image is 9 pixels wide, 37 to the right of the middle and 37 above it.
+    // The ball's image is 9 pixels wide. Its centre is 37 pixels to the right of the middle, and as many above it.
     let is_beside = |index: usize| {
         let place = IVec2::new(index as i32 % IMAGE.x as i32, index as i32 / IMAGE.x as i32);
         (place - IVec2::new(85, 11)).length_squared() > 49
@@ -117,12 +117,12 @@ fn the_camera_may_be_inside() {
 
 #[test]
 fn a_hole_has_no_ghost_and_no_halo() {
-    // A wall, cut flat by a box that reaches far beyond it: what stays is a thinner wall, and must
-    // be shaded like one that was never thicker.
+    // A box that reaches far beyond the wall cuts it flat. The thinner wall that stays must be shaded like a wall
+    // that was never thicker.
     let wall = |thickness: f64| {
         volume_from(UVec3::new(32, 32, 24), DVec3::ONE, move |p| if p.y < thickness { 1.0 } else { 0.0 })
     };
-    // Axis 1 of the grid is the front of the volume: z. The cut is in the middle between two voxels.
+    // Axis 1 of the grid is z, the front of the volume. The cut is midway between two voxels.
     let shade = |volume: Volume, carves: bool| {
         let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
         if carves {
@@ -139,15 +139,14 @@ fn a_hole_has_no_ghost_and_no_halo() {
     let mut compared = 0;
     for z in 6..18 {
         for x in 8..24 {
-            // The outermost layer that stays.
+            // The voxel is in the outermost layer that stays.
             let index = (z * 32 + 15) * 32 + x;
             let (Some(cut), Some(thin)) = (cut[index], thin[index]) else {
                 continue;
             };
             let difference = cut.abs_diff(thin);
-            // A voxel's coverage is taken over two voxels: the layers next to the cut, half a voxel
-            // away, are covered by 3/4 and 1/4 instead of all and nothing. A ghost or a halo is
-            // tens of bytes.
+            // A voxel's coverage is taken over two voxels. The layers next to the cut are half a voxel away. Their
+            // coverages are 3/4 and 1/4, instead of all and nothing. A ghost or a halo is tens of bytes.
             assert!(difference <= 16, "cut {cut} and never there {thin}");
             compared += 1;
         }
@@ -182,7 +181,7 @@ fn one_head_in_four_axis_orders_looks_the_same() {
     for image in &images[1..] {
         let differs = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 24);
         let different = images[0].chunks(4).zip(image.chunks(4)).filter(|&pair| differs(pair)).count();
-        // The heads are stored from one source, but are cropped to other grids: only outlines may differ.
+        // The heads come from one source, but are cropped to different grids. Only outlines may differ.
         assert!(different < shown / 10, "{different} of {shown} pixels differ");
     }
 }

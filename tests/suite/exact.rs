@@ -1,5 +1,5 @@
-//! Contextual ambient occlusion equals local ambient occlusion, bit for bit, wherever a renderer
-//! can read it, and so do the images.
+//! Contextual ambient occlusion equals local ambient occlusion, bit for bit, wherever a renderer can read it. The
+//! images are equal too.
 
 use bevy::{math::DVec3, mesh::CylinderMeshBuilder, prelude::*};
 use bevy_contextual_ao::{prelude::*, volume::VolumeGeometry};
@@ -20,8 +20,7 @@ fn torus() -> Mesh {
     Torus { minor_radius: 3.5, major_radius: 9.0 }.mesh().into()
 }
 
-/// Compares the scene as it is with everything recomputed; returns the share of the voxels not hidden
-/// of which the occlusion was computed.
+/// Compares the scene with a full recomputation. Returns the share of unhidden voxels whose occlusion was computed.
 pub fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
     scene.settle();
     let (cao, hidden, image) = (scene.occlusion(), scene.hidden(), scene.headless.image());
@@ -54,7 +53,7 @@ fn every_shape_is_exact() {
     for (name, mesh, transform) in shapes {
         let carver = scene.carve(mesh, ClipMesh::default(), transform);
         let recast = assert_exact(&mut scene, name);
-        // It is contextual: less than everything was recomputed.
+        // The occlusion is contextual: only a part was recomputed.
         assert!(recast < 0.9, "{name}: {recast}");
         scene.world().despawn(carver);
     }
@@ -120,7 +119,7 @@ fn every_coverage_rule_is_exact() {
             assert_exact(&mut scene, &format!("two carvers, {rule:?}"));
             scene.carve(Cuboid::new(26.0, 21.0, 30.0), ClipMesh::intersect(), tilted);
             assert_exact(&mut scene, &format!("two in a probe, {rule:?}"));
-            // What the carver leaves is cast anew.
+            // Voxels that the carver leaves are cast anew.
             scene.move_carver(sphere, at.with_translation(Vec3::new(2.9, 6.2, 4.4)));
             scene.headless.frame();
             assert_exact(&mut scene, &format!("moved, {rule:?}"));
@@ -148,8 +147,8 @@ fn no_drawn_point_reads_a_hidden_voxel() {
             let p = geometry.local_from_voxel.transform_point3(voxel.as_dvec3() + offset * 0.999).as_vec3()
                 - center;
             let distance = Vec2::new(Vec2::new(p.x, p.z).length() - ring, p.y).length() - tube;
-            // The mesh is a polyhedron inside the torus, 32 x 24 sides, and the depth maps have
-            // texels of 25/256 mm: a point this far outside is not clipped.
+            // The mesh is a polyhedron of 32 x 24 sides inside the torus. The depth maps have texels of 25/256 mm. A
+            // point this far outside is therefore not clipped.
             assert!(distance < 0.2, "voxel {voxel} is taken for hidden, but {p} is {distance} mm outside");
         }
     }

@@ -1,4 +1,4 @@
-//! What a device cannot do, and a device that goes away: the app goes on.
+//! The app goes on if the device lacks a feature, or is lost.
 
 use bevy::{
     math::{DAffine3, DVec3},
@@ -71,7 +71,7 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
     assert!(world.get::<LookupTable>(volume).is_none());
 
     world.resource_mut::<VolumeBudget>().halves = true;
-    // It is halved in the background.
+    // The volume is halved in the background.
     assert!(headless.frames_until(|headless| headless.app.world().get::<LookupTable>(volume).is_some()));
     let table = headless.app.world().get::<LookupTable>(volume).expect("it is shown");
     assert!(table.geometry.dimensions.max_element() <= most);
@@ -81,8 +81,8 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
 #[test]
 fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     let mut scene = scene();
-    // Room for the depth maps of a carver (20.3 bytes a texel), 213 kB of tables and an eighth of the voxels, of up to
-    // 9 bytes each; all of them take 41 kB or more.
+    // The budget holds a carver's depth maps (20.3 bytes a texel) and 213 kB of tables. It also holds an eighth of
+    // the voxels, of up to 9 bytes each. All voxels take 41 kB or more.
     scene.world().resource_mut::<VolumeBudget>().max_bytes = 1_331_200 + 230_000;
     scene.headless.frames(4);
     assert!(is_empty(&scene.headless.image()));
@@ -99,7 +99,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     assert_eq!(half.dimensions, UVec3::new(12, 11, 10));
     assert!(!is_empty(&scene.headless.image()));
 
-    // With more room it is shown as it is, like one that never had too little.
+    // With more room, the volume is shown in full, as if the room had always been enough.
     *scene.world().resource_mut::<VolumeBudget>() = default();
     scene.headless.frames(3);
     scene.world().resource_mut::<Errors>().0.clear();
@@ -110,7 +110,7 @@ fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     let (now, fresh) = (scene.headless.image(), fresh.headless.image());
     assert!(!is_empty(&fresh) && now == fresh, "the way there shows");
 
-    // A budget for nothing refuses everything, and panics at nothing.
+    // A budget of zero refuses everything, and causes no panic.
     *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { max_bytes: 0, halves: true };
     scene.headless.frames(3);
     assert_eq!(scene.world().resource::<Errors>().0.len(), 1);
@@ -133,7 +133,7 @@ fn a_device_without_queries_counts_nothing() {
 
 #[test]
 fn a_device_that_lacks_something_draws_the_rest() {
-    // Bevy itself draws without storage textures; step IV writes one.
+    // Bevy itself draws without storage textures. Step IV writes a storage texture.
     let limits = WgpuLimits { max_storage_textures_per_shader_stage: 0, ..WgpuLimits::default() };
     let mut headless = Headless::with_settings(IMAGE, device::limited(limits), |_| {});
     let camera = headless.camera();
@@ -145,7 +145,7 @@ fn a_device_that_lacks_something_draws_the_rest() {
     let carver = world.spawn((ClipMesh::default(), Mesh3d(mesh.clone()))).id();
     headless.frames(3);
     assert!(is_empty(&headless.image()), "the volume is drawn");
-    // It was read all the same, and other things are drawn.
+    // The volume was still read, and other things are drawn.
     let world = headless.app.world_mut();
     assert!(world.get::<LookupTable>(volume).is_some());
     let material = StandardMaterial { unlit: true, ..default() };
@@ -157,7 +157,7 @@ fn a_device_that_lacks_something_draws_the_rest() {
 
 #[test]
 fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
-    // A buffer of four bytes a voxel does not fit. Bevy itself needs no less.
+    // A buffer of four bytes a voxel does not fit this limit. Bevy itself needs this much.
     let (size, max_bytes) = (UVec3::new(48, 40, 36), 1 << 18);
     assert!(u64::from(4 * size.element_product()) > max_bytes);
     let limits = WgpuLimits { max_storage_buffer_binding_size: max_bytes, ..WgpuLimits::default() };
@@ -177,7 +177,7 @@ fn a_device_with_small_buffers_goes_without_what_does_not_fit() {
     let of = |method| AmbientOcclusion::by(method);
     let rays = image(few_rays(), ShadingMode::Cao);
     assert!(!is_empty(&rays));
-    // All rays at once, in the first frame.
+    // Progressive rays are all cast at once, in the first frame.
     assert!(image(of(progressive_rays()), ShadingMode::Cao) == rays);
     let solid = image(few_rays(), ShadingMode::Solid);
     assert!(!is_empty(&solid) && solid != rays);
@@ -200,14 +200,14 @@ fn a_volume_comes_back_after_the_device_is_lost() {
         .insert_resource(RenderErrorHandler(|_, _, _| RenderErrorPolicy::Recover(device::settings().into())));
     let device = world.resource::<RenderDevice>().clone();
     device.wgpu_device().destroy();
-    // Between two frames: Bevy itself panics where the device goes away in the middle of one.
+    // The device is lost between two frames. Bevy itself panics if the device is lost within a frame.
     let _ = device.poll(PollType::wait_indefinitely());
     let alone = device::alone();
     scene.headless.frames(20);
     drop(alone);
     assert!(scene.headless.image() == image, "the image is not as it was");
     assert_eq!(count_different(&scene.occlusion(), &occlusion), 0, "the occlusion is not as it was");
-    // And it can be carved.
+    // The volume can be carved again.
     scene.move_carver(carver, place.with_translation(Vec3::new(-4.0, 4.0, 6.0)));
     scene.headless.frame();
     assert!(scene.headless.image() != image, "it is stuck");
@@ -221,7 +221,7 @@ fn waiting_ends_and_says_for_what() {
     let mut scene = scene();
     let lost = scene.world().resource::<Assets<Volume>>().reserve_handle();
     let volume = scene.world().spawn(VolumeBundle::new(lost)).id();
-    // From the first frame on in which nothing came.
+    // Waiting ends with the first frame in which nothing comes.
     scene.headless.patience = Duration::ZERO;
     let error = scene.headless.until_ready(volume).expect_err("it never comes");
     for part in ["in vain for", "the volume's occlusion", "its file"] {

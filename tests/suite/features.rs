@@ -1,5 +1,5 @@
-//! Cargo gives a package one set of features in a build, so that a dev-dependency can change what is tested
-//! from what users get.
+//! Cargo gives a package one set of features in a build. A dev-dependency can therefore make tests differ from users'
+//! builds.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -11,7 +11,7 @@ use crate::headless::project_folder;
 /// Features by package.
 type Features = BTreeMap<String, BTreeSet<String>>;
 
-/// What tests and examples have beyond what users get, and why it does no harm.
+/// Features that tests and examples have beyond those of users, and why they do no harm.
 const ALLOWED: &[(&str, &[(&str, &str)])] = &[
     (
         "Windows and panels of the examples, as most apps have them",
@@ -60,7 +60,7 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
     ),
 ];
 
-/// The features of all packages that are linked to by these kinds of dependencies.
+/// Features of all packages that these kinds of dependencies link to.
 fn features(kinds: &str) -> Features {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let tree = Command::new(cargo)
@@ -85,7 +85,7 @@ fn features(kinds: &str) -> Features {
     for line in String::from_utf8_lossy(&tree.stdout).lines() {
         let Some((package, of_it)) = line.split_once('|') else { continue };
         let name = package.split(" (").next().unwrap_or(package);
-        // The mark of packages whose dependencies are further up.
+        // ` (*)` marks packages whose dependencies are further up.
         let of_it =
             of_it.trim_end_matches(" (*)").split(',').filter(|feature| !feature.is_empty()).map(String::from);
         features.entry(name.into()).or_default().extend(of_it);
@@ -111,6 +111,6 @@ fn dev_dependencies_change_nothing_that_users_get() {
         let features = features.split(',').map(String::from);
         allowed.entry((*package).into()).or_default().extend(features);
     }
-    // Listed without need is wrong as well: the list would end up allowing anything.
+    // An unneeded entry is wrong too: the list would end up allowing anything.
     assert_eq!(added, allowed, "dev-dependencies add these features (left) to packages that users get");
 }

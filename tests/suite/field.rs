@@ -5,7 +5,7 @@ use bevy_contextual_ao::prelude::*;
 
 use crate::headless::voxel_at;
 
-/// Trilinear in between; beyond the outermost voxels' centres, numbers stay what they are there.
+/// Numbers on a grid, trilinear in between. Beyond the outermost voxels' centres, they stay constant.
 pub struct Field {
     size: UVec3,
     values: Vec<f64>,

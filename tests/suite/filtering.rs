@@ -1,5 +1,5 @@
-//! Occlusion by filtering against a direct evaluation of its formulas, voxel by voxel over the whole box around
-//! each, in double precision.
+//! Occlusion by filtering against a direct evaluation of its formulas in double precision. The evaluation visits the
+//! whole box around each voxel.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -16,7 +16,7 @@ use crate::{
 
 const ESTIMATES: [DensityEstimate; 3] =
     [DensityEstimate::Chebyshev, DensityEstimate::Power, DensityEstimate::Gaussian];
-/// Variances below are not told apart (`estimate.wgsl`).
+/// Lower limit of variances; smaller ones are not told apart (`estimate.wgsl`).
 const LEAST_VARIANCE: f64 = 4.5 / (65_535.0 * 65_535.0);
 
 /// Densities in [0, 1], x fastest.
@@ -25,7 +25,7 @@ struct Densities {
     values: Vec<f64>,
 }
 
-/// What is found in the box around a voxel.
+/// Statistics of the box around a voxel.
 struct Found {
     mean: f64,
     variance: f64,
@@ -44,7 +44,7 @@ impl Densities {
         (0..dimensions.element_product()).map(move |index| voxel_at(index, dimensions).as_ivec3())
     }
 
-    /// Beyond the grid is nothing.
+    /// Statistics of the box around a voxel; densities beyond the grid are 0.
     fn around(&self, voxel: IVec3, radii: IVec3) -> Found {
         let count = (2 * radii + 1).as_dvec3().element_product();
         let (low, high) = (voxel - radii, voxel + radii);
@@ -87,7 +87,7 @@ impl Densities {
     }
 }
 
-/// The paper's approximation.
+/// Error function, by the paper's approximation.
 fn erf(x: f64) -> f64 {
     let a = 0.140_012;
     let squared = x * x;
@@ -102,16 +102,15 @@ fn largest_error(stored: &[u8], expected: &[f64]) -> f64 {
     errors.fold(0.0, f64::max)
 }
 
-/// Half a byte of rounding, as much again for a byte's own place among 255, and what single precision does to
-/// powers and exponentials.
+/// Tolerance of a factor: half a byte of rounding, and the error of single precision in powers and exponentials.
 const TOLERANCE: f64 = 0.5 / 255.0 + 2e-4;
 
-/// A scene that filters, with a ball that carves if asked for.
+/// Creates a scene, with a ball that carves if asked for.
 fn scene(volume: Volume, function: TransferFunction, carves: bool) -> TestScene {
     let occlusion = AmbientOcclusion::default();
     let mut scene = TestScene::new(volume, function, occlusion, ShadingMode::Cao);
     if carves {
-        // A voxel is clipped or not, so that opacities tell which.
+        // A voxel is clipped or not, so its opacity tells which.
         scene.set_clip(|clip| clip.coverage = CoverageRule::Center);
         scene.carve(Sphere::new(5.5), ClipMesh::default(), Transform::from_xyz(3.0, 2.0, 4.0));
     }
@@ -151,7 +150,7 @@ fn check(scene: &mut TestScene, densities: &Densities, density: DensitySource, s
             let mean = expected.iter().sum::<f64>() / expected.len() as f64;
             println!("{estimate:?} {density:?} {radii}: mean {mean:.3}, largest error {error:.5}");
             assert!(error <= TOLERANCE, "{estimate:?} of {density:?} with {radii}: {error}");
-            // Not all is alike.
+            // The shares are not all alike.
             assert!(expected.iter().any(|share| (share - mean).abs() > 0.2));
         }
     }
@@ -175,7 +174,7 @@ fn opacities_are_filtered_as_defined() {
 #[test]
 fn intensities_are_filtered_as_defined() {
     let (dimensions, spacing) = (UVec3::new(16, 14, 11), DVec3::ONE);
-    // From an intensity above 0 on; all are opaque, so that opacities tell what is clipped.
+    // Intensities start above 0. All are opaque, so opacities tell which voxels are clipped.
     let volume =
         volume_from(dimensions, spacing, |p| 0.2 + 0.6 * (5.0 * p.x).sin() * (4.0 * p.y + p.z).cos());
     let range = volume.range();
@@ -228,14 +227,15 @@ fn modulation_is_as_defined() {
             let found = scene.headless.channel(scene.volume, VolumeTexture::Occlusion, 1);
             let error = largest_error(&found, &drawn);
             println!("{estimate:?} {modulation:?}: largest error of the share drawn {error:.5}");
-            // A gradient is that of shares, over 0.2.
+            // The gradient of the shares is divided by 0.2, which multiplies its error by five.
             assert!(error <= 0.5 / 255.0 + 5.0 * 2e-4, "{estimate:?} {modulation:?}: {error}");
             assert!(drawn.contains(&1.0) && drawn.iter().any(|&drawn| drawn < 0.5));
         }
     }
 }
 
-/// By linear regression over the 26 neighbours, weighted by the reciprocals of their distances.
+/// Gradient of the shares, by linear regression over the 26 neighbours. Weights are the reciprocals of their
+/// distances.
 fn gradient(densities: &Densities, shares: &[f64], voxel: IVec3) -> DVec3 {
     let last = densities.dimensions.as_ivec3() - 1;
     let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
@@ -255,14 +255,14 @@ fn what_is_uniform_is_occluded_evenly() {
     let function = TransferFunction::ramp(-2.0, -1.0, 0.3, [1.0; 3]).expect("a valid ramp");
     let mut scene = scene(solid_volume(dimensions), function, false);
     let middle = (dimensions.element_product() / 2) as usize;
-    // In the middle, where the box is in the grid. Of intensities that are all the same each is the lowest.
+    // The box around the middle voxel is in the grid. If all intensities are the same, each is the lowest.
     for (estimate, expected) in ESTIMATES.into_iter().zip([0, 255, 128]) {
         for density in [DensitySource::Opacity, DensitySource::Intensity] {
             let settings = OcclusionFiltering { estimate, density, radius_mm: Some(2.0), ..default() };
             assert_eq!(filter(&mut scene, settings)[middle], expected, "{estimate:?} {density:?}");
         }
     }
-    // Nothing of it has any variance, nor any gradient.
+    // The middle has neither variance nor gradient.
     for modulation in [OpacityModulation::Variance(0.1), OpacityModulation::Gradient(0.1)] {
         filter(&mut scene, OcclusionFiltering { radius_mm: Some(2.0), modulation, ..default() });
         let drawn = scene.headless.channel(scene.volume, VolumeTexture::Occlusion, 1);
@@ -284,7 +284,7 @@ fn modulation_shows_only_with_occlusion() {
     scene.set_mode(ShadingMode::Cao);
     scene.settle();
     assert!(is_empty(&scene.headless.image()), "no variance is enough");
-    // Any is.
+    // With these limits, any variance or gradient is enough.
     for modulation in [OpacityModulation::Variance(f32::NAN), OpacityModulation::Gradient(-1.0)] {
         set_method(&mut scene, with(modulation));
         scene.settle();
@@ -302,7 +302,7 @@ fn filtering_follows_changes_and_rests() {
     scene.settle();
     scene.headless.frame();
     let before = scene.status().usage;
-    // Nothing that is not a number keeps it busy.
+    // Settings that are NaN do not keep the method busy.
     let settings = OcclusionFiltering { radius_mm: Some(f32::NAN), brightness: f32::NAN, ..default() };
     let narrow = filter(&mut scene, settings);
     assert_eq!(narrow, filter(&mut scene, OcclusionFiltering { radius_mm: Some(1.0), ..default() }));
@@ -314,7 +314,7 @@ fn filtering_follows_changes_and_rests() {
     assert_eq!(rested.usage.buffers, before.buffers + 4);
     assert_eq!(rested.usage.bytes, before.bytes + 16 * u64::from(size.element_product()));
 
-    // A carver moves: once, and as if everything were new.
+    // A moved carver is filtered once, with the result of a full recomputation.
     let carver = scene.carve(Sphere::new(5.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 3.0));
     scene.settle();
     scene.headless.frame();

@@ -1,5 +1,5 @@
-//! What is drawn by occlusion sweeping with a geometry term against its definition (Singh et al., equations 3 to 5):
-//! of every octant its visibility times the cosine integrated over its directions, summed up numerically.
+//! Drawing by occlusion sweeping with a geometry term, against its definition (Singh et al., equations 3 to 5). Each
+//! octant adds its visibility times the cosine integrated over its directions. The integral is a numerical sum.
 
 use bevy::{
     math::{DAffine3, DQuat, DVec3},
@@ -23,11 +23,11 @@ use crate::{
 
 const SIZE: UVec3 = UVec3::new(26, 22, 24);
 const SPACING: DVec3 = DVec3::new(0.9, 1.1, 1.0);
-/// Where a ball has half of the highest intensity, mm from its centre.
+/// Distance from the ball's centre, mm, at which intensity is half of the highest.
 const RADIUS: f64 = 7.0;
 const ISOVALUE: f32 = 127.5;
 
-/// A ball in a grid that is turned: intensity falls from its centre outwards, over 6 mm.
+/// A ball in a rotated grid. Intensity falls outwards, over 6 mm.
 fn ball() -> Volume {
     let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -0.3, 0.5));
     let center = 0.5 * (SIZE.as_dvec3() - 1.0);
@@ -40,12 +40,12 @@ fn ball() -> Volume {
     Volume::new(SIZE, grid, Intensities::U8(values), Rescale::default()).expect("a valid volume")
 }
 
-/// Directions of an octant, along the grid's axes: `side` x `side` midpoints, each of as large a part of the sphere.
+/// Directions of an octant, along the grid's axes: `side` x `side` midpoints of equal parts of the sphere.
 fn directions(octant: usize, side: u32) -> impl Iterator<Item = DVec3> {
     let signs = DVec3::from_array([0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 }));
     let middle = move |k: u32| (f64::from(k) + 0.5) / f64::from(side);
     (0..side * side).map(move |k| {
-        // Even in height and angle is even on the sphere.
+        // Even steps in height and angle are even on the sphere.
         let (height, angle) = (middle(k % side), FRAC_PI_2 * middle(k / side));
         let across = (1.0 - height * height).sqrt();
         signs * DVec3::new(across * angle.cos(), across * angle.sin(), height)
@@ -68,23 +68,23 @@ fn over_octant(octant: usize, normal: DVec3, term: GeometryTerm) -> f64 {
         })
 }
 
-/// What is compared: settings, and where the light comes from.
+/// Settings to compare, and the sky that the light comes from.
 struct Case {
     sweeping: OcclusionSweeping,
     sky: Sky,
 }
 
-/// The light that comes to points, by the formulas.
+/// Light at points, by the formulas.
 struct Light {
     case: Case,
     axes: [DVec3; 3],
-    /// Of the light from each octant of the grid.
+    /// Weight of the light from each octant of the grid.
     weights: [f64; 8],
     visibilities: [Field; 8],
 }
 
 impl Light {
-    /// Visibilities are those that a scene has found; `sweeping` compares them.
+    /// Light of a case. Its visibilities are those that the scene computed; `sweeping` checks them.
     fn of(case: Case, scene: &TestScene, geometry: &VolumeGeometry) -> Self {
         let bytes = scene.headless.texels(scene.volume, VolumeTexture::Occlusion);
         let voxels = SIZE.element_product() as usize;
@@ -95,8 +95,8 @@ impl Light {
         };
         let axes = geometry.local_from_voxel.matrix3;
         let axes = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize);
-        // The sky's octants are those of volume space, in which the grid is turned. Directions beside an edge are
-        // few among so many.
+        // The sky's octants are those of volume space, in which the grid is rotated. Few of the many directions lie
+        // beside an edge.
         let weight = |way: DVec3| {
             let local = way.x * axes[0] + way.y * axes[1] + way.z * axes[2];
             f64::from(case.sky.0[local.cmpgt(DVec3::ZERO).bitmask() as usize])
@@ -105,7 +105,7 @@ impl Light {
         Self { case, axes, weights, visibilities: core::array::from_fn(visibility) }
     }
 
-    /// At a place (voxels) of a surface with a normal.
+    /// Light at a place (voxels) on a surface with a normal.
     fn at(&self, voxel: DVec3, normal: DVec3) -> f64 {
         let Case { sweeping, .. } = &self.case;
         let normal = DVec3::from_array(self.axes.map(|axis| axis.dot(normal)));
@@ -118,7 +118,7 @@ impl Light {
     }
 }
 
-/// Each octant by itself, lit through nothing and through what is there; and some at once.
+/// Cases of single octants without occlusion, and of several octants with and without it.
 fn cases(surface: SweepingSurface) -> Vec<Case> {
     let sweeping =
         |geometry_term, opacity, gamma| OcclusionSweeping { surface, geometry_term, opacity, gamma };
@@ -136,8 +136,8 @@ fn cases(surface: SweepingSurface) -> Vec<Case> {
     single.chain(several).chain([behind]).collect()
 }
 
-/// Compares what two views from opposite sides show of every fourth pixel each way: `expected` gives the light of
-/// one. The bounds are those of the mean and of the largest difference, bytes.
+/// Compares every fourth pixel each way, in views from two opposite sides. `expected` gives the light of a pixel. The
+/// bounds are those of the mean and of the largest difference, bytes.
 fn check(
     surface: SweepingSurface,
     [most_mean, most]: [f64; 2],
@@ -187,8 +187,8 @@ fn check(
 
 #[test]
 fn a_translucent_ball_is_lit_by_the_integrated_cosine() {
-    // A byte's rounding is a quarter of it on average. The table is off by up to 1/248 where it has a kink, a byte;
-    // normals come from opacities of a byte over 18 neighbours, 9 bytes apart a voxel.
+    // A byte's rounding is a quarter of a byte on average. The table is off by up to 1/248, a byte, where it has a
+    // kink. Normals come from opacities of 18 neighbours, which are whole bytes and change by 9 bytes a voxel.
     check(SweepingSurface::Opacity, [0.8, 4.0], |light, volume, function, view, pixel| {
         let shade = |sample: &Sample| sample.color * light.at(sample.voxel, sample.local.normalize());
         let integral = Integral { shade: &shade, ..Integral::of(volume, function) };
@@ -199,14 +199,14 @@ fn a_translucent_ball_is_lit_by_the_integrated_cosine() {
 
 #[test]
 fn an_isosurface_is_lit_by_the_integrated_cosine() {
-    // Swept distances are of first order: their gradient is off by a degree or two, in which the light of a single
-    // octant changes by two bytes or three.
+    // Swept distances are of first order, so their gradient is off by a degree or two. Within that angle, the light
+    // of a single octant changes by two bytes or three.
     check(SweepingSurface::Isosurface(ISOVALUE), [2.5, 9.0], |light, volume, _, view, pixel| {
         let (origin, direction) = view.ray(pixel);
         let origin = origin / f64::from(WORLD_UNITS_PER_MM);
         let nearest = -origin.dot(direction);
         let half = (RADIUS * RADIUS - (origin + nearest * direction).length_squared()).sqrt();
-        // Not at the outline, where a pixel is larger than what it shows.
+        // The outline is left out: a pixel there is larger than the surface that it shows.
         if half.is_nan() || half < 0.4 * RADIUS {
             return None;
         }

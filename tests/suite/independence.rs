@@ -1,5 +1,5 @@
-//! What the occlusion does not depend on: the carvers' path, their order, the camera (DESIGN,
-//! section 5), and edits on the way.
+//! The occlusion does not depend on the carvers' path, their order or the camera (DESIGN, section 5). Nor does it
+//! depend on earlier edits.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -89,7 +89,7 @@ fn edits_and_moves_at_once_leave_no_trace() {
     let (mesh, clip_mesh, _) = carver();
     let moving = edited.carve(mesh, clip_mesh, Transform::default());
     edited.settle();
-    // In one frame: another transfer function, another mode, another pose, another reach.
+    // One frame changes the transfer function, the mode, the pose and the reach.
     let volume = edited.volume;
     let world = edited.world();
     let function = world.get::<VolumeTransferFunction>(volume).expect("the transfer function").clone();

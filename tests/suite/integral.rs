@@ -1,5 +1,5 @@
-//! The volume rendering integral on the CPU, apart from the shaders: emission and absorption along the ray through
-//! a pixel's centre, in double precision, by steps much finer than the renderer's.
+//! The volume rendering integral on the CPU, independent of the shaders. It sums emission and absorption along the ray
+//! through a pixel's centre. It uses double precision, and steps much finer than the renderer's.
 
 use bevy::{
     math::{DMat4, DVec2, DVec3},
@@ -12,12 +12,12 @@ use bevy_contextual_ao::{
 
 use crate::{field::Field, scene::TestScene};
 
-/// Length of a step over the smallest distance between voxels.
+/// Length of a step, as a share of the smallest distance between voxels.
 const STEP: f64 = 1.0 / 16.0;
-/// What is behind this little transmittance does not show.
+/// Transmittance below which nothing behind shows.
 const DARK: f64 = 1e-4;
 
-/// A volume, and what stands in the way.
+/// A volume, its carving, its shading, and the opaque objects in it.
 pub struct Integral<'a> {
     pub geometry: VolumeGeometry,
     pub intensities: Field,
@@ -28,7 +28,7 @@ pub struct Integral<'a> {
     pub is_clipped: &'a dyn Fn(DVec3) -> bool,
     /// The light that a sample sends.
     pub shade: &'a dyn Fn(&Sample) -> DVec3,
-    /// How far it is from a point of the world, mm, in a direction of unit length to what is opaque, mm.
+    /// Distance, mm, from a point of the world (mm) to the nearest opaque surface in a direction of unit length.
     pub opaque: &'a dyn Fn(DVec3, DVec3) -> f64,
 }
 
@@ -40,11 +40,11 @@ pub struct Sample {
     pub local: DVec3,
     /// Voxels from the first voxel's centre.
     pub voxel: DVec3,
-    /// Where the ray goes, volume space, of unit length.
+    /// Direction of the ray, in volume space, of unit length.
     pub direction: DVec3,
 }
 
-/// What a view shows of the volume in a pixel: linear, premultiplied.
+/// The volume's part of a pixel: linear, premultiplied.
 #[derive(Clone, Copy)]
 pub struct Pixel {
     pub color: DVec3,
@@ -78,7 +78,7 @@ impl View {
         (at(1.0), (at(0.5) - at(1.0)).normalize())
     }
 
-    /// Whether the ray of a pixel meets what is opaque.
+    /// Whether a pixel's ray meets an opaque surface.
     pub fn meets(&self, pixel: UVec2, opaque: &dyn Fn(DVec3, DVec3) -> f64) -> bool {
         let (origin, direction) = self.ray(pixel);
         opaque(origin / f64::from(WORLD_UNITS_PER_MM), direction).is_finite()
@@ -86,7 +86,7 @@ impl View {
 }
 
 impl Integral<'_> {
-    /// Of a volume at the world's centre, with nothing in the way, in its own colours.
+    /// Integral of a volume at the world's centre, with nothing in the way, in its own colours.
     pub fn of(volume: &Volume, function: &TransferFunction) -> Self {
         Self {
             geometry: VolumeGeometry::of(volume),
@@ -108,7 +108,7 @@ impl Integral<'_> {
         (Vec3::new(color.red, color.green, color.blue).as_dvec3(), per_mm)
     }
 
-    /// What a view shows in a pixel.
+    /// The volume's part of a pixel in a view.
     pub fn pixel(&self, view: &View, pixel: UVec2) -> Pixel {
         let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
         let (origin, direction) = view.ray(pixel);
@@ -117,7 +117,7 @@ impl Integral<'_> {
         let local =
             (local_from_world.transform_point3(origin), local_from_world.transform_vector3(direction));
         let voxel = (voxel_from_local.transform_point3(local.0), voxel_from_local.transform_vector3(local.1));
-        // Where the ray crosses the planes of the box that the voxels fill.
+        // Ray parameters at the planes of the box that the voxels fill.
         let low = (DVec3::splat(-0.5) - voxel.0) / voxel.1;
         let high = (self.geometry.dimensions.as_dvec3() - 0.5 - voxel.0) / voxel.1;
         let begin = low.min(high).max_element().max(0.0);
@@ -161,7 +161,7 @@ impl Integral<'_> {
     }
 }
 
-/// The place in [0, 1] up to which something holds.
+/// Place in [0, 1] up to which a condition holds.
 fn halve(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..20 {
@@ -175,7 +175,7 @@ fn halve(holds: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// The byte, not rounded, that shows a linear value.
+/// sRGB byte of a linear value, not rounded.
 pub fn srgb_byte(linear: f64) -> f64 {
     let encoded = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     255.0 * encoded.clamp(0.0, 1.0)

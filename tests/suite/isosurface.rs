@@ -31,7 +31,7 @@ fn set_occlusion(scene: &mut TestScene, occlusion: AmbientOcclusion) {
     scene.world().entity_mut(volume).insert(occlusion);
 }
 
-/// Two carvers, and one that keeps.
+/// Adds two carvers that subtract and one that intersects. Returns the last.
 fn carve(scene: &mut TestScene) -> Entity {
     let at = |x: f32, y: f32| Transform::from_xyz(x, y, 5.0).with_rotation(Quat::from_rotation_x(x));
     scene.carve(Cuboid::new(8.0, 9.0, 30.0), ClipMesh::default(), at(-4.0, 6.0));
@@ -44,7 +44,7 @@ fn folded_scene(occlusion: AmbientOcclusion, mode: ShadingMode) -> TestScene {
     TestScene::new(volume, opaque_ramp(), occlusion, mode)
 }
 
-/// The eye, mm from the volume's centre, and of every pixel its place and the direction that it looks in.
+/// The eye, mm from the volume's centre, and the direction of every pixel's ray.
 fn view_rays(scene: &mut TestScene) -> (DVec3, Vec<DVec3>) {
     let camera = scene.camera();
     let view = *scene.world().get::<Transform>(camera).expect("a place");
@@ -58,7 +58,7 @@ fn view_rays(scene: &mut TestScene) -> (DVec3, Vec<DVec3>) {
     (view.translation.as_dvec3() / f64::from(WORLD_UNITS_PER_MM), directions.collect())
 }
 
-/// The byte of Blinn-Phong (`shading.wgsl`) of the test function's red.
+/// Byte of the test function's red under Blinn-Phong (`shading.wgsl`).
 fn phong_byte(facing: f64) -> f64 {
     let red = ((0.9f64 + 0.055) / 1.055).powf(2.4);
     srgb_byte(red * (0.3 + 0.7 * facing) + 0.2 * facing.powi(16))
@@ -68,7 +68,7 @@ fn phong_byte(facing: f64) -> f64 {
 fn a_sphere_is_where_it_is_and_lit_by_its_normals() {
     const SIZE: u32 = 28;
     const RADIUS_MM: f64 = 9.0;
-    // Linear in the distance from the surface.
+    // Intensity is linear in the distance from the surface.
     let half = 0.5 * f64::from(SIZE);
     let volume = volume_from(UVec3::splat(SIZE), DVec3::ONE, move |p| 0.5 - (p.length() - RADIUS_MM / half));
     let mut scene = TestScene::new(volume, opaque_ramp(), isosurface(GeometryTerm::None), ShadingMode::Phong);
@@ -80,7 +80,7 @@ fn a_sphere_is_where_it_is_and_lit_by_its_normals() {
         let nearest = -eye.dot(direction);
         let miss = (eye + nearest * direction).length();
         let is_drawn = *pixel != image[..4];
-        // On the outline it may be either.
+        // A pixel on the outline may be drawn or not.
         if (miss - RADIUS_MM).abs() > 0.2 {
             assert_eq!(is_drawn, miss < RADIUS_MM, "{direction}: {miss} mm from the centre");
         }
@@ -110,13 +110,13 @@ fn a_solid_faces_the_way_that_the_end_of_the_grid_cuts_it() {
     let (eye, directions) = view_rays(&mut scene);
     let mut compared = 0;
     for (pixel, direction) in image.chunks(4).zip(directions) {
-        // The eye is beyond all three faces that it sees; the last that a ray crosses is where it enters.
+        // The eye is beyond all three faces that it sees. A ray enters through the last face that it crosses.
         let half = 0.5 * f64::from(SIZE);
         let crossings = (DVec3::splat(half) - eye) / direction;
         let along = crossings.max_element();
         let hit = (eye + along * direction).abs();
         let facing = (0..3).find(|&axis| crossings[axis] == along).map_or(0.0, |axis| -direction[axis]);
-        // Not at the edges.
+        // Pixels at the edges are left out.
         let [_, second, first] = sorted(hit);
         if first <= half + 1e-6 && second < half - 0.3 {
             let difference = (phong_byte(facing) - f64::from(pixel[0])).abs();
@@ -133,7 +133,7 @@ fn sorted(v: DVec3) -> [f64; 3] {
     sorted
 }
 
-/// A scene with and without leaps, when its carver moved.
+/// Images of a scene with and without leaps, after its carver moved.
 fn images_with_and_without_leaps(build: impl Fn() -> (TestScene, Entity), to: Transform) -> [Vec<u8>; 2] {
     [true, false].map(|draw_leaps| {
         let (mut scene, carver) = build();
@@ -150,7 +150,7 @@ fn images_with_and_without_leaps(build: impl Fn() -> (TestScene, Entity), to: Tr
 
 #[test]
 fn what_carvers_leave_thinner_than_a_voxel_is_not_leapt_over() {
-    // A block in a large empty grid; of it two boxes leave a plate, and tapering leftovers where they cross.
+    // A block lies in a large empty grid. Two boxes leave a plate of it, and tapering leftovers where they cross.
     let volume = || {
         let is_inside = |p: DVec3| if p.abs().max_element() < 0.6 { 1.0 } else { 0.0 };
         volume_from(UVec3::splat(40), DVec3::ONE, is_inside)
@@ -177,8 +177,8 @@ fn what_carvers_leave_thinner_than_a_voxel_is_not_leapt_over() {
 
 #[test]
 fn sheared_grids_are_not_leapt_through() {
-    // Axes at 60 and 120 degrees, and a small ball in the middle, which is nearer along one diagonal than the
-    // field has it.
+    // The axes are at 60 or 120 degrees. A small ball is in the middle. Along one diagonal, the ball is nearer than
+    // the distance field says.
     for cosine in [0.5, -0.5] {
         let images = [true, false].map(|draw_leaps| {
             let (size, radius) = (UVec3::new(60, 60, 12), 4.0);
@@ -301,7 +301,7 @@ fn an_edit_of_the_transfer_function_sweeps_nothing() {
     scene.headless.frames(4);
     assert!(scene.headless.image() != image);
     assert_eq!(scene.status().passes.jobs(OcclusionSweeping::SPAN), swept);
-    // Opacities do depend on it.
+    // Sweeping of opacities does depend on the transfer function.
     let sweeping = OcclusionMethod::Sweeping(default());
     set_occlusion(&mut scene, AmbientOcclusion::by(sweeping));
     scene.settle();

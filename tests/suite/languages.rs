@@ -1,5 +1,5 @@
-//! Shaders in the languages of devices that no test runs on: Metal's and Direct3D 12's, as wgpu would write
-//! them. What those devices lack otherwise is in `docs/drivers.md`.
+//! Shaders as wgpu would write them for Metal and Direct3D 12. No test runs on those devices. Their other limits are
+//! in `docs/drivers.md`.
 
 use bevy::{
     asset::AssetId,
@@ -23,13 +23,13 @@ use naga::{
 
 use crate::scene::{TestScene, few_rays, folded_volume, translucent_ramp};
 
-/// The first that has positions alike in two pipelines (`@invariant`): `clip_draw.wgsl` needs it, as Bevy's
-/// meshes do.
+/// First version of Metal with equal positions in two pipelines (`@invariant`). `clip_draw.wgsl` needs this, as
+/// Bevy's meshes do.
 const METAL_VERSION: (u8, u8) = (2, 1);
-/// That of the compiler that every Windows has.
+/// Shader model of the compiler that every Windows has.
 const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
 
-/// Writes a shader in both languages, or says why one of them cannot have it.
+/// Writes a shader in both languages, or says why one language cannot express it.
 pub fn write(module: &Module) -> Result<(), String> {
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
     let info = validator.validate(module).map_err(|error| format!("{:?}", error.into_inner()))?;
@@ -62,7 +62,7 @@ fn write_source(_: &(), source: ShaderCacheSource, _: &ValidateShader) -> Result
 /// A fragment shader of this crate and the definitions that it is compiled with.
 type Drawn = (AssetId<Shader>, Vec<ShaderDefVal>);
 
-/// What volumes are drawn with so far; the paths of their shaders end with `file`.
+/// Fragment shaders that have drawn volumes so far; the paths of the shaders end with `file`.
 fn drawn(scene: &TestScene, file: &str) -> Vec<Drawn> {
     let shaders = scene.headless.app.world().resource::<Assets<Shader>>();
     let is_of_file = |id| shaders.get(id).is_some_and(|shader: &Shader| shader.path.ends_with(file));
@@ -75,7 +75,7 @@ fn drawn(scene: &TestScene, file: &str) -> Vec<Drawn> {
     drawn.filter(|(id, _)| is_of_file(*id)).collect()
 }
 
-/// The same in all variants of the material.
+/// The given shaders, in all variants of the material.
 fn in_all_variants(drawn: Vec<Drawn>) -> Vec<Drawn> {
     const TEXELS: [&[&str]; 3] = [&[], &["OCTANTS"], &["MODULATED"]];
     const SURFACES: [&[&str]; 2] = [&[], &["ISOSURFACE"]];
@@ -121,7 +121,7 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
         shaders.extend(drawn);
     }
     let world = scene.headless.app.world();
-    // Bevy adds this one to all.
+    // Bevy adds this definition to all shaders.
     let available = world.resource::<RenderDevice>().limits().max_storage_buffers_per_shader_stage;
     let available = ShaderDefVal::UInt("AVAILABLE_STORAGE_BUFFER_BINDINGS".into(), available);
     shaders.iter_mut().for_each(|(_, definitions)| definitions.push(available.clone()));

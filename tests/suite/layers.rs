@@ -1,5 +1,5 @@
-//! Rooms import only from those before them, and no files import each other in a circle: read from all `use` lines and
-//! WGSL imports of the sources.
+//! Rooms import only from earlier rooms, and no files import each other in a circle. All `use` lines and WGSL imports
+//! of the sources are read.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,8 +10,8 @@ use syn::{Item, UseTree, Visibility};
 
 use crate::headless::project_folder;
 
-/// The rooms, each importing only from those before it. A folder is a room, and so is a file beside folders; methods
-/// do not know each other.
+/// The rooms; each imports only from earlier ones. A folder is a room, and so is a file beside folders. Methods do
+/// not import each other.
 const ROOMS: &[&[&str]] = &[
     &["volume"],
     &["clip"],
@@ -44,7 +44,7 @@ const ROOMS: &[&[&str]] = &[
 /// A file, by its module's path within the crate: `a::b` is `a/b.rs`, `a/b/mod.rs` or `a/b.wgsl`.
 type Module = String;
 
-/// What each file imports from other files.
+/// Files that each file imports from.
 type Imports = BTreeMap<Module, BTreeSet<Module>>;
 
 /// The place of a module's room in [`ROOMS`], and the room.
@@ -58,7 +58,7 @@ fn room_of(module: &str) -> (usize, &'static str) {
     found.max_by_key(|(_, room)| room.len()).unwrap_or_else(|| panic!("`{module}` is in no room"))
 }
 
-/// Everything wrong with some imports.
+/// Faults of the imports.
 fn faults(imports: &Imports) -> Vec<String> {
     let mut faults = Vec::new();
     for (from, to) in imports.iter().flat_map(|(from, to)| to.iter().map(move |to| (from, to))) {
@@ -120,7 +120,7 @@ fn module_of(path: &Path, root: &Path) -> Module {
     parts.join("::")
 }
 
-/// The `use` lines of a file, outside of its tests: whether others can import what they import, and its path.
+/// A `use` line of a file, outside of its tests: its path, and whether others can import through it.
 struct Use {
     is_public: bool,
     path: Vec<String>,
@@ -181,7 +181,7 @@ fn rust_imports() -> Imports {
     let files = files("rs");
     let modules: BTreeSet<_> = files.iter().map(|(module, _)| module.clone()).collect();
     let uses: Vec<_> = files.iter().map(|(module, path)| (module, uses(path))).collect();
-    // Where what a file only hands on comes from.
+    // Origin of each item that a file only hands on.
     let mut handed_on = BTreeMap::new();
     for (module, uses) in &uses {
         for Use { path, .. } in uses.iter().filter(|line| line.is_public) {
@@ -199,7 +199,7 @@ fn rust_imports() -> Imports {
             while let Some(from) = rest.first().and_then(|name| handed_on.get(&(to.clone(), name.clone()))) {
                 to = from.clone();
             }
-            // A folder's `mod.rs` wires up what is in the folder.
+            // A folder's `mod.rs` wires up the files of the folder.
             let is_inside = module.is_empty() || to.starts_with(&format!("{module}::"));
             if to != **module && !is_inside {
                 imports.entry((*module).clone()).or_default().insert(to);
@@ -237,7 +237,7 @@ fn shader_imports() -> Imports {
 #[test]
 fn rooms_import_only_from_those_before_them() {
     let imports = rust_imports();
-    // That imports are found, those through a folder's `mod.rs` as well.
+    // Imports are found, including those through a folder's `mod.rs`.
     assert!(imports["render::extract"].contains("render::gpu::frame"));
     assert!(imports["render::extract"].contains("occlusion::settings"));
     assert_eq!(faults(&imports), Vec::<String>::new());

@@ -1,17 +1,17 @@
-//! Lengths in any unit of any format, which all become millimetres.
+//! Lengths in any unit of any format become millimetres.
 
 use bevy::math::DVec3;
 use bevy_contextual_ao::volume::{VolumeReadSettings, read_volume_file, read_volume_file_with};
 
 use super::small_files::{Scratch, counting, mha, nifti, nrrd, with};
 
-/// Where voxels (0, 0, 0) and (1, 1, 1) are, or why not.
+/// Places of voxels (0, 0, 0) and (1, 1, 1), or the reader's error.
 fn corners(scratch: &Scratch, name: &str, bytes: &[u8]) -> Result<[DVec3; 2], String> {
     let volume = read_volume_file(&scratch.write(name, bytes)).map_err(|error| error.to_string())?;
     Ok([DVec3::ZERO, DVec3::ONE].map(|voxel| volume.grid_to_patient().transform_point3(voxel)))
 }
 
-/// Checks places to a rounding error of a double: places and units are of at most 1e10.
+/// Checks places to a double's rounding error. Places and units are at most 1e10.
 fn assert_corners(scratch: &Scratch, name: &str, bytes: &[u8], expected: [DVec3; 2]) {
     let found = corners(scratch, name, bytes).unwrap_or_else(|error| panic!("{error}"));
     for (found, expected) in found.into_iter().zip(expected) {
@@ -20,7 +20,7 @@ fn assert_corners(scratch: &Scratch, name: &str, bytes: &[u8], expected: [DVec3;
     }
 }
 
-/// Every spelling that is known, and its length.
+/// Every known spelling of a unit, and its length, mm.
 const UNITS: [(&str, f64); 40] = [
     ("mm", 1.0),
     ("MM", 1.0),
@@ -59,7 +59,7 @@ const UNITS: [(&str, f64); 40] = [
     ("inches", 25.4),
     ("ft", 304.8),
     ("feet", 304.8),
-    // No length at all: as where no unit is given.
+    // These are no lengths, and count as if no unit were given.
     ("", 1.0),
     ("pixel", 1.0),
     ("???", 1.0),
@@ -77,7 +77,7 @@ fn every_unit_of_length_is_honoured() {
         let fields =
             format!("spacings: 1 2 3\nspace origin: (10,20,30)\nunits: \"{unit}\" \"{unit}\" \"{unit}\"\n");
         assert_corners(&scratch, "axes.nrrd", &nrrd(&fields, &counting()), expected);
-        // Its space is LPS.
+        // MetaImage's space is LPS.
         let place = "Offset = -10 -20 30\nElementSpacing = 1 2 3\nTransformMatrix = -1 0 0 0 -1 0 0 0 1\n";
         let fields = format!("{place}DistanceUnits = {unit}\n");
         assert_corners(&scratch, "a.mha", &mha(&fields, &counting()), expected);
@@ -88,7 +88,7 @@ fn every_unit_of_length_is_honoured() {
 fn every_axis_has_a_unit_of_its_own() {
     let scratch = Scratch::new("axis_units");
     let data = counting();
-    // Units of the space's axes scale the parts of each direction; here the grid's first axis is the space's second.
+    // Units of the space's axes scale the parts of each direction. Here the grid's first axis is the space's second.
     let space = "space: LPS\nspace directions: (0,2,0) (1,0,0) (0,0,3)\nspace origin: (10,20,30)\n\
                  space units: \"cm\" \"um\" m\n";
     let first = DVec3::new(-100.0, -0.02, 30_000.0);
@@ -98,11 +98,11 @@ fn every_axis_has_a_unit_of_its_own() {
     let axes = "spacings: 1 2 3\nunits: \"cm\" \"um\" \"m\"\n";
     let expected = [DVec3::ZERO, DVec3::new(10.0, 0.002, 3000.0)];
     assert_corners(&scratch, "axes.nrrd", &nrrd(axes, &data), expected);
-    // The unit of an axis that is none of the grid's is no length.
+    // The unit of an axis outside of the grid is no length.
     let time = "dimension: 4\nsizes: 2 3 4 1\nkinds: space space space time\nspacings: 1 2 3 0.5\n\
                 units: \"cm\" \"um\" \"m\" \"s\"\n";
     assert_corners(&scratch, "time.nrrd", &nrrd(time, &data), expected);
-    // Where spacings are not given, the positions of the axes' ends give them.
+    // Without spacings, the positions of the axes' ends give them.
     let ends = "axis mins: 0 1 -4\naxis maxs: 2 5 5\ncenters: cell none node\nunits: mm cm mm\n";
     let expected = [DVec3::ZERO, DVec3::new(1.0, 40.0 / 3.0, 3.0)];
     assert_corners(&scratch, "ends.nrrd", &nrrd(ends, &data), expected);

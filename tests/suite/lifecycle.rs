@@ -1,4 +1,4 @@
-//! What comes, moves and goes: no stale values, no left-over textures, no needless work.
+//! Carvers and volumes that come, move and go leave no stale values and no textures, and cause no needless work.
 
 use bevy::{core_pipeline::Core3d, math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -36,7 +36,7 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     assert_eq!(scene.status().passes, before);
     assert!(scene.headless.image() == image, "differs");
 
-    // Moving and turning renders no maps again; resizing dilates, a new mesh renders.
+    // Moving and turning renders no maps again. Resizing dilates the maps. A new mesh renders them.
     scene.move_carver(carver, at(2.0).with_rotation(Quat::from_rotation_x(0.7)));
     scene.headless.frame();
     scene.headless.frame();
@@ -65,7 +65,7 @@ fn the_old_mesh_carves_until_the_new_one_is_known() {
     let mut scene = scene();
     scene.settle();
     let untouched = scene.headless.image();
-    // Two layers, so that there is room to lose.
+    // The bowl has two layers, so that there are layers to lose.
     let bowl = || Triangles::bowl(9.0, 6.0, 32).rotated(Quat::from_rotation_x(1.1));
     let carver = scene.carve_with(&bowl(), at(4.0));
     scene.settle();
@@ -179,7 +179,7 @@ fn a_new_volume_under_the_same_entity_is_as_a_fresh_start() {
     scene.headless.frame();
     assert_eq!(scene.status().usage, fresh.status().usage);
 
-    // And edited in place, transfer function and all.
+    // The volume and its transfer function are edited in place.
     let world = scene.world();
     let handles =
         (world.get::<Volume3d>(volume).cloned(), world.get::<VolumeTransferFunction>(volume).cloned());
@@ -206,7 +206,7 @@ fn volumes_go_with_their_entity() {
     assert_eq!(scene.status().usage.textures, one.textures + 7);
     scene.world().despawn(second);
     let volume = scene.volume;
-    // Taking the component is as good as despawning.
+    // Removing the component has the effect of despawning.
     scene.world().entity_mut(volume).remove::<Volume3d>();
     scene.headless.frames(3);
     let none = scene.status().usage;
@@ -228,7 +228,7 @@ fn a_carver_can_be_restricted_to_some_volumes() {
     scene.headless.frame();
     assert!(scene.headless.image() == untouched, "differs");
     scene.world().entity_mut(carver).insert(only(volume));
-    // The first frame with a carver at all compiles the pipeline of its depth maps.
+    // The first frame with any carver compiles the pipeline of the depth maps.
     scene.headless.frame();
     scene.headless.frame();
     assert!(scene.headless.image() != untouched, "is the same");
@@ -256,7 +256,7 @@ fn progress_can_be_watched_and_ends_with_an_event() {
     scene.settle();
     assert_eq!(ready(&mut scene), Some(true));
     assert_eq!(scene.world().resource::<Occluded>().0, 1);
-    // Of what a carver's mesh and other methods need, nothing is run.
+    // No pass runs for carvers' meshes or for other methods.
     scene.headless.frame();
     let passes = scene.status().passes;
     let expected = [SPAN_RANGES, SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];

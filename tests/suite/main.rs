@@ -1,7 +1,6 @@
 //! The integration tests, in one binary: linking Bevy is the longest part of building them.
 //!
-//! Those that draw run real GPU code in apps without a window, on whatever Vulkan driver there is;
-//! a software driver will do.
+//! Tests that draw run real GPU code in apps without a window, on any Vulkan driver. A software driver is enough.
 
 use contextual_ao_kit::{device, headless, small_scene as scene};
 

@@ -1,4 +1,4 @@
-//! Carvers that come and go: those that were spawned first keep carving, and only what changed is drawn again.
+//! Carvers come and go. The first spawned carvers keep carving, and only changed carvers are drawn again.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -45,7 +45,7 @@ fn past_the_most_carvers_those_that_were_spawned_first_carve() {
     for _ in 1..=MAX_CARVERS {
         scene.carve(Sphere::new(2.0), ClipMesh::default(), far);
     }
-    // One too many: it does not carve, wherever it is.
+    // This carver is one too many. It does not carve, wherever it is.
     let last = scene.carve(Sphere::new(7.0), ClipMesh::default(), Transform::from_xyz(-4.0, -3.0, 4.0));
     scene.settle();
     scene.headless.frames(2);
@@ -65,7 +65,7 @@ fn past_the_budget_the_first_carvers_carve_and_the_others_are_told() {
     scene.settle();
     scene.headless.frames(2);
     let carved = scene.headless.image();
-    // As much as is taken now: two layers, and not a third.
+    // The budget is little more than the present use: room for two layers, but not for a third.
     let max_bytes = scene.status().usage.bytes + 100_000;
     scene.world().resource_mut::<VolumeBudget>().max_bytes = max_bytes;
     let third = scene.carve(Sphere::new(5.0), ClipMesh::default(), place(2));
@@ -76,7 +76,7 @@ fn past_the_budget_the_first_carvers_carve_and_the_others_are_told() {
     let told: Vec<_> =
         scene.world().resource::<CutOff>().0.iter().map(|event| (event.entity, event.gets_layers)).collect();
     assert_eq!(told, [(third, 0)]);
-    // When there is room it carves.
+    // The third carver carves when there is room.
     scene.world().despawn(first[0]);
     scene.settle();
     scene.headless.frames(2);
@@ -86,7 +86,7 @@ fn past_the_budget_the_first_carvers_carve_and_the_others_are_told() {
 #[test]
 fn a_carver_that_comes_or_goes_leaves_the_maps_of_the_others() {
     for mesh_layers in [1, 2] {
-        // A sphere has a layer; two of them, one behind the other, have two.
+        // A sphere has one layer. Two spheres, one behind the other, have two.
         let mesh = |_: u32| -> Mesh {
             let ball = Sphere::new(3.0).mesh().build();
             if mesh_layers == 1 {
@@ -122,7 +122,7 @@ fn a_carver_that_comes_or_goes_leaves_the_maps_of_the_others() {
             assert_eq!(gone.jobs(SPAN_DILATE), with.jobs(SPAN_DILATE), "dilation when it goes, {count} left");
             assert_eq!(different_pixels(&scene.headless.image(), &without), 0);
 
-            // The first goes and its layers with it: the rest moves into fewer.
+            // The first carver goes, and its layers with it. The other carvers move into fewer layers.
             let last = scene.carve(mesh(count), ClipMesh::default(), place(count));
             scene.settle();
             scene.headless.frames(3);

@@ -1,5 +1,5 @@
-//! Where methods of ambient occlusion are known to fail, and where they must not: the figures of `measure
-//! --stability methods`, some of them, compared.
+//! Known failures of the methods of ambient occlusion, and cases that must not fail. The tests compare some figures
+//! of `measure --stability methods`.
 
 use bevy_contextual_ao::prelude::*;
 
@@ -10,7 +10,7 @@ fn method(name: &str) -> AmbientOcclusion {
     column.expect("a column of that name").occlusion
 }
 
-/// Half a byte where images are half as bright as can be: what rounding alone may make of a factor.
+/// Error of a factor from rounding alone: half a byte, where images are half as bright as possible.
 const ROUNDING: f64 = 0.004;
 
 #[test]
@@ -37,7 +37,7 @@ fn progressive_rays_lag() {
 
 #[test]
 fn two_eyes_see_the_same_factor_where_it_is_of_voxels() {
-    // Where the images' samples lie on a surface differs by a twentieth of a voxel.
+    // The two images' samples lie a twentieth of a voxel apart on a surface.
     let rays = places::eyes(&method("rays"));
     assert!(rays < 0.005, "{rays}");
     let screen = places::eyes(&method("screen space"));

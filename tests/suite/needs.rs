@@ -1,14 +1,14 @@
-//! What not every machine has. Where it is missing, the calling test is to return: a line says so, of which
-//! `.ci/test` counts how many there were.
+//! Resources that not every machine has. If one is missing, a line says so, and the calling test must return.
+//! `.ci/test` counts these lines.
 //!
-//! `#[ignore]` and features are for who builds; what there is shows when a test runs.
+//! `#[ignore]` and features are chosen for a build. A machine's resources show only when a test runs.
 
 use bevy::render::{render_resource::WgpuFeatures, renderer::RenderDevice};
 use std::{io::Write, path::PathBuf, thread};
 
 use crate::{headless::project_folder, scene::TestScene};
 
-/// Either lets Bevy read numbers from a device.
+/// Features of which either lets Bevy read numbers from a device.
 pub const QUERIES: WgpuFeatures =
     WgpuFeatures::TIMESTAMP_QUERY.union(WgpuFeatures::PIPELINE_STATISTICS_QUERY);
 
@@ -44,6 +44,6 @@ fn one_of(scene: &mut TestScene, features: WgpuFeatures, what: &str) -> bool {
 fn skip(what: &str) {
     let thread = thread::current();
     let test = thread.name().unwrap_or("a test");
-    // Written by hand: what tests that pass print is not shown.
+    // The line is written directly, because printed output of passing tests is not shown.
     let _ = writeln!(std::io::stderr(), "skipped: {test} needs {what}");
 }

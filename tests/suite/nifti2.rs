@@ -1,4 +1,4 @@
-//! NIfTI-2, which says what NIfTI-1 says in other places.
+//! NIfTI-2, which has the fields of NIfTI-1 in other places.
 
 use bevy::math::{DVec3, UVec3};
 use bevy_contextual_ao::volume::{Intensities, VolumeReadSettings, read_volume_file, read_volume_file_with};
@@ -6,8 +6,8 @@ use bevy_contextual_ao::volume::{Intensities, VolumeReadSettings, read_volume_fi
 use super::readers::outcome;
 use super::small_files::{Scratch, counting, gzip, nifti, with};
 
-/// A file in either byte order, of bytes with spacings 1, 2, 3 and neither sform nor qform. The layout is that of
-/// `nifti2.h`; nibabel reads these files as expected here.
+/// A file in either byte order, with spacings 1, 2, 3 and neither sform nor qform. The layout is that of `nifti2.h`;
+/// nibabel reads these files as expected here.
 pub(crate) struct Nifti2 {
     pub(crate) bytes: Vec<u8>,
     big_endian: bool,
@@ -28,7 +28,7 @@ impl Nifti2 {
         file
     }
 
-    /// Puts a number's little-endian bytes at a byte.
+    /// Writes a number at a byte, from the number's little-endian bytes.
     pub(crate) fn put<const N: usize>(&mut self, at: usize, mut number: [u8; N]) {
         if self.big_endian {
             number.reverse();
@@ -72,7 +72,7 @@ fn nifti_2_is_read_in_both_byte_orders() {
 fn nifti_2_means_what_nifti_1_means() {
     let scratch = Scratch::new("nifti2_fields");
     let data = counting();
-    // Every field at its place in version 1, in version 2, and little-endian numbers of both widths.
+    // Each field has its place in version 1, its place in version 2, and little-endian numbers of both widths.
     let f = |value: f32| (value.to_le_bytes().to_vec(), f64::from(value).to_le_bytes().to_vec());
     let i = |value: i16| (value.to_le_bytes().to_vec(), i32::from(value).to_le_bytes().to_vec());
     let srow: Vec<_> = [0.0f32, 3.0, 0.5, 4.0, -2.0, 0.25, 0.0, 5.0, 0.0, 0.0, 7.0, 6.0]
@@ -134,7 +134,7 @@ fn broken_nifti_2_is_refused_for_the_right_reason() {
     let files = [
         ("short.nii", file[..539].to_vec(), "truncated"),
         ("data.nii", file[..file.len() - 1].to_vec(), "truncated"),
-        // A program that took the file for text replaced the line's end.
+        // A program took the file for text, and replaced the line's end.
         ("text.nii", with(file.clone(), 8, b"\n\n"), "format"),
         ("magic.nii", with(file.clone(), 4, b"n+1"), "format"),
         ("negative.nii", with(file.clone(), 24, &(-2i64).to_le_bytes()), "dimensions"),

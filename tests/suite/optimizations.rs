@@ -1,5 +1,5 @@
-//! What is left out does not show: every optimization, and all of them together, leave each bit of the image
-//! and of the occlusion as it is without them.
+//! Optimizations do not show. With all of them, or all but one, every bit of the image and the occlusion is as
+//! without any.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -20,7 +20,7 @@ fn scene(function: TransferFunction, spacing: DVec3, optimizations: Optimization
     })
 }
 
-/// Carves with three shapes that move, and returns what is there at the end.
+/// Carves with three shapes, of which two move. Returns the final occlusion and image.
 fn carved(mut scene: TestScene) -> (Vec<Option<u8>>, Vec<u8>) {
     let at = |x: f32, y: f32| Transform::from_xyz(x, y, 5.0).with_rotation(Quat::from_rotation_x(x));
     let mut carve = |mesh: Mesh, clip_mesh| scene.carve(mesh, clip_mesh, at(9.0, 0.0));
@@ -57,7 +57,7 @@ fn no_optimization_changes_a_bit() {
     }
 }
 
-/// What a frame takes in which a carver moves.
+/// Work of a frame in which a carver moves.
 fn work_of_a_carve(optimizations: Optimizations) -> Work {
     let mut scene = scene(opaque_ramp(), DVec3::ONE, optimizations);
     let at = |x| Transform::from_xyz(x, 6.0, 7.0);
@@ -118,7 +118,7 @@ fn a_carve_leaves_nothing_uncast_that_is_seen() {
     if !needs::counters(&mut scene) {
         return;
     }
-    // Another volume with a longer reach: the maps of carvers are made for that.
+    // Another volume has a longer reach. The carvers' maps are made for that reach.
     let volume = scene.volume;
     let world = scene.world();
     world.entity_mut(volume).insert(AmbientOcclusion::by(OcclusionRays { steps: 1, ..FEW_RAYS }));
@@ -134,7 +134,7 @@ fn a_carve_leaves_nothing_uncast_that_is_seen() {
         scene.move_carver(carver, at(18.0 - step as f32));
         scene.headless.frame();
     }
-    // Followed anew, the whole view asks for nothing.
+    // When the whole view is followed anew, it asks for no voxel.
     scene.set_mode(ShadingMode::Solid);
     scene.headless.frame();
     scene.set_mode(ShadingMode::Cao);

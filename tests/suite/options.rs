@@ -33,7 +33,7 @@ fn render(arguments: &[&str]) -> Result<Vec<u8>, String> {
     Ok(headless.image())
 }
 
-/// Writes a ball of so many voxels along each side, of values from 0 to 250.
+/// Writes a ball of `voxels` voxels along each side, with values from 0 to 250.
 fn write_ball(name: &str, voxels: u32, spacing_mm: f64) -> PathBuf {
     let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}.nrrd", std::process::id()));
     let header = format!(
@@ -54,7 +54,7 @@ fn a_volume_beyond_the_budget_is_halved_where_asked() {
     let path = write_ball("budget", 128, 1.0);
     let volume = ["--volume", path.to_str().expect("its name is text")];
     let with = |more: &[&str]| render(&[&volume[..], more].concat());
-    // It takes 8 MiB, or 20 in wider formats, beside the 21 of the depth maps.
+    // The volume takes 8 MiB, or 20 in wider formats. The depth maps take 21 MiB.
     let refused = with(&["--budget-mib", "25"]).expect_err("too large");
     assert!(refused.contains("25 MiB") && refused.ends_with("(option --halve)"), "{refused}");
     assert!(!is_empty(&with(&["--budget-mib", "25", "--halve"]).expect("half of it fits")));

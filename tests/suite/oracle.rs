@@ -10,7 +10,7 @@ use contextual_ao_kit::mode::ShadingMode;
 use crate::headless::voxel_at;
 use crate::scene::{TestScene, folded_volume, opaque_ramp, translucent_ramp};
 
-/// Opacity per voxel as the renderer stores it, zero-padded trilinear in between.
+/// Opacities per voxel as the renderer stores them, zero-padded, trilinear in between.
 struct Oracle {
     dimensions: UVec3,
     opacities: Vec<f64>,
@@ -41,7 +41,7 @@ impl Oracle {
             .sum()
     }
 
-    /// DESIGN's definition: equations 2 and 3 of the paper.
+    /// Occlusion factor by DESIGN's definition: equations 2 and 3 of the paper.
     fn ambient(&self, voxel: DVec3, occlusion: &AmbientOcclusion) -> f64 {
         let voxel_from_local = DMat4::from(self.geometry.local_from_voxel).inverse();
         let start = self.geometry.spacing_mm.length();
@@ -67,7 +67,8 @@ impl Oracle {
 fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusion: AmbientOcclusion) {
     let volume = folded_volume(dimensions, spacing);
     let geometry = VolumeGeometry::of(&volume);
-    // The opacities as defined: transfer function at the voxel, corrected for the step, stored in a byte.
+    // Defined opacities: the transfer function at the voxel, corrected for the step. The renderer stores them in a
+    // byte.
     let exponent = occlusion.step_length_mm(&geometry) / f64::from(function.opacity_unit_distance_mm);
     let mut defined = Vec::new();
     for z in 0..dimensions.z {
@@ -83,14 +84,14 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
     scene.settle();
     let stored = scene.opacities();
     for (defined, stored) in defined.iter().zip(&stored) {
-        // Half a byte of rounding, and a table entry's slope: 1/4095 of the ramp either way.
+        // Half a byte is rounding. The rest is a table entry's slope: 1/4095 of the ramp either way.
         let difference = (defined * 255.0 - *stored as f64).abs();
         assert!(difference <= 0.5 + 0.1, "opacity {defined}, stored {stored}");
     }
     let oracle =
         Oracle { dimensions, opacities: stored.iter().map(|&byte| byte as f64 / 255.0).collect(), geometry };
     let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
-    // At half resolution what is cast is the middle of 2x2x2 voxels.
+    // At half resolution, rays start at the middle of 2x2x2 voxels.
     let rays = occlusion.method.rays().expect("rays");
     let stride = if rays.resolution == OcclusionResolution::Half { 2 } else { 1 };
     let texels = (dimensions + (stride - 1)) / stride;
@@ -104,9 +105,9 @@ fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusio
     }
     let rms = (squares / found.len() as f64).sqrt();
     println!("{dimensions} {} steps {}: largest {largest:.5}, rms {rms:.5}", rays.pattern, rays.steps);
-    // A byte is rounded by up to half of 1/255. The filter's weights have 8 fractional bits, so a
-    // sample is off by up to 3/512 of the differences between its 8 neighbours; these errors have
-    // either sign and mostly cancel over the samples of all rays. Together at most 1.5 bytes.
+    // A byte is rounded by up to half of 1/255. The filter's weights have 8 fractional bits. A sample is therefore
+    // off by up to 3/512 of the differences between its 8 neighbours. These errors have either sign, and mostly
+    // cancel over the samples of all rays. Together, the errors are at most 1.5 bytes.
     assert!(largest <= 1.5 / 255.0, "largest error {largest}");
     // Rounding alone gives 1/255/sqrt(12) = 0.00113.
     assert!(rms <= 0.0013, "rms {rms}");

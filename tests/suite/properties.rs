@@ -1,4 +1,4 @@
-//! What holds for every file: written well it is read as written, however broken it is only refused.
+//! Properties of every file. A valid file is read as written. A broken file is only refused.
 
 mod peak_memory;
 mod random_functions;
@@ -16,7 +16,7 @@ use self::random_volumes::{FORMATS, Files, Grid};
 use super::small_files::Scratch;
 use contextual_ao_kit::random::{self, Random};
 
-/// More than any of the files here needs: they are of a few kilobytes, and decompress to little more.
+/// Bytes of memory, more than any file here needs. The files have a few kilobytes, and decompress to little more.
 const MEMORY: u64 = 1 << 20;
 
 fn write(scratch: &Scratch, files: &Files) -> PathBuf {
@@ -24,7 +24,7 @@ fn write(scratch: &Scratch, files: &Files) -> PathBuf {
     paths[0].clone()
 }
 
-/// What the reader says to a file: within bounds of time and memory, consistent, and naming the file.
+/// Reads a file, and checks the time, the memory, the volume's consistency and the error's file name.
 fn read(scratch: &Scratch, files: &Files) -> Result<Volume, VolumeFileError> {
     let path = write(scratch, files);
     let start = Instant::now();
@@ -56,7 +56,7 @@ fn volumes_are_read_as_written() {
         assert!(volume.spacing_mm().abs_diff_eq(Vec3::from_array(grid.spacing), 1e-4), "{files:?}");
         let [slope, intercept] = if format == "nrrd" { [1.0, 0.0] } else { grid.rescale.map(f64::from) };
         let [low, high] = volume.range();
-        // What does not fit in 65536 steps is rounded to the next; and doubles are.
+        // Values that do not fit in 65536 steps are rounded to the nearest step. Doubles are rounded too.
         let exact = high - low <= 65_535.0 * slope.abs() && grid.values.iter().all(|v| v.fract() == 0.0);
         let step = if exact { 0.0 } else { (high - low) / 65_535.0 };
         let tolerance = 0.5 * step + 1e-14 * low.abs().max(high.abs());
@@ -81,7 +81,7 @@ fn what_a_header_claims_takes_no_memory() {
     }
 }
 
-/// Bytes changed, cut out, doubled, or replaced by those of another file.
+/// Mutates bytes: changes, cuts out or doubles some, or replaces them by those of another file.
 fn mutate(random: &mut Random, bytes: &mut Vec<u8>, other: &[u8]) {
     for _ in 0..random.below(4) {
         let from = random.below(bytes.len() + 1);
@@ -116,7 +116,7 @@ fn no_mutation_makes_a_reader_panic() {
             count += u32::from(read(&scratch, &files).is_ok());
         }
     }
-    // Some must have come through, or nothing beyond the headers was tried.
+    // Some files must be read, or nothing beyond the headers was tried.
     assert!((500..2500).contains(&count), "{count} were read");
 }
 
@@ -138,7 +138,7 @@ fn transfer_functions_are_read_as_written() {
             let again = TransferFunction::from_bytes(function.to_ron().unwrap().as_bytes()).unwrap();
             assert_eq!(&again, function);
         }
-        // Of more than two points at one value, all but the outer ones say nothing.
+        // Of more than two points at one value, only the outer ones count.
         for point in &expected {
             assert_eq!(from_vp.sample(point.value), from_ron.sample(point.value));
         }

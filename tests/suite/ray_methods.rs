@@ -31,7 +31,7 @@ fn half_resolution_and_skies_are_exact_too() {
     for (name, occlusion) in [("half", half), ("cloudy", cloudy)] {
         for function in [opaque_ramp(), translucent_ramp()] {
             let (mut scene, carver) = scene(function, occlusion.clone());
-            // The last but one reads factors of bricks that are transparent themselves.
+            // The step before the last reads factors of bricks that are transparent themselves.
             for step in 0..9 {
                 let (turn, way) = ((step % 7) as f32, step as f32);
                 let rotation = Quat::from_rotation_y(0.3 * turn + 0.01 * way);
@@ -42,7 +42,7 @@ fn half_resolution_and_skies_are_exact_too() {
                 let image = scene.headless.image();
                 let reference = image_as_lao(&mut scene);
                 assert_eq!(different_pixels(&image, &reference), 0, "{name}, step {step}");
-                // As it was, so that the next step changes what carving left.
+                // The scene returns to CAO, so that the next step changes what carving left.
                 scene.headless.frame();
             }
         }
@@ -77,14 +77,14 @@ fn largest_difference(a: &[u8], b: &[u8]) -> u8 {
 #[test]
 fn progressive_rays_lag_and_arrive() {
     let (mut scene, carver) = scene(opaque_ramp(), progressive(3, 0.0));
-    // Ten rays, three a frame.
+    // Ten rays are cast, three a frame.
     scene.headless.frames(4);
     let before = scene.status().passes.total_jobs();
     scene.headless.frames(3);
     assert_eq!(scene.status().passes.total_jobs(), before, "it rests");
     let reference = image_as_lao(&mut scene);
     scene.headless.frames(5);
-    // Sums of floats instead of whole numbers: a byte of occlusion may round to its neighbour.
+    // Progressive rays sum floats instead of whole numbers. A byte of occlusion may round to its neighbour.
     assert!(largest_difference(&scene.headless.image(), &reference) <= 1);
     scene.move_carver(carver, Transform::from_xyz(1.0, 6.0, 7.0));
     scene.headless.frame();
@@ -107,7 +107,7 @@ fn what_is_kept_on_change_leaves_a_ghost() {
         let image = scene.headless.image();
         errors.push(largest_difference(&image, &image_as_lao(&mut scene)));
     }
-    // Of what was kept a tenth is new in every frame: half of it is still there when all rays have been cast.
+    // Nine tenths of the old weight are kept. About half of the factor is still old when all rays have been cast.
     assert!(errors[0] <= 1 && errors[1] > 20, "{errors:?}");
 }
 

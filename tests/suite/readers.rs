@@ -1,4 +1,4 @@
-//! The readers on real files; what they should find was worked out with nibabel, pynrrd and numpy.
+//! The readers on real files. The expected values come from nibabel, pynrrd and numpy.
 
 use std::path::Path;
 
@@ -131,8 +131,8 @@ fn axis_orders_show_the_same_head() {
 #[test]
 fn labels_lie_on_their_head() {
     let Some(folder) = shared_volumes() else { return };
-    // The head is a NIfTI file in RAS, its label map a NRRD file in LPS that runs the other way along
-    // x and y: opposite corners of the grids are one place in the patient.
+    // The head is a NIfTI file in RAS. Its label map is a NRRD file in LPS, which runs the other way along x and y.
+    // Opposite corners of the grids are one place in the patient.
     let head = read(&folder.join("mr_head.nii.gz"));
     let brain = read(&folder.join("mr_head_labels/Brain.nrrd"));
     assert_eq!(head.dimensions(), brain.dimensions());
@@ -236,7 +236,7 @@ fn files_that_were_read_wrongly_are_read_rightly() {
     let Some(folder) = shared_volumes() else { return };
     let stack = read(&folder.join("cases/found/fiji-stack-microns-16bit.nrrd"));
     let spacing = Vec3::new(0.0004, 0.0004, 0.002);
-    // Rounded to f32.
+    // Spacings are rounded to f32.
     assert!(stack.spacing_mm().abs_diff_eq(spacing, 1e-9), "{}", stack.spacing_mm());
 
     let moved = read(&folder.join("cases/found/resampled_anat_moved.nii"));

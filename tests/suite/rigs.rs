@@ -1,5 +1,5 @@
-//! A volume and its carvers under one parent: the carved head in the hand. A rig that moves as a whole costs what
-//! a camera move costs.
+//! A volume and its carvers under one parent, like a carved head in the hand. A rig that moves as a whole costs as
+//! much as a camera move.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -11,7 +11,7 @@ use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{TestScene, count_different, few_rays, folded_volume, in_world_units, opaque_ramp};
 
-/// A scene whose volume and carver hang from a parent, the camera beside it.
+/// A scene whose volume and carver hang from a parent. The camera has no parent.
 struct Rig {
     scene: TestScene,
     root: Entity,
@@ -27,7 +27,7 @@ impl Rig {
         let (volume, camera) = (scene.volume, scene.camera());
         let world = scene.world();
         let root = world.spawn((Transform::default(), Visibility::default())).id();
-        // An arm between, as in a skeleton.
+        // An arm lies between parent and children, as in a skeleton.
         let arm = in_world_units(Transform::from_xyz(3.0, -2.0, 1.0)).with_scale(Vec3::ONE);
         let arm = world.spawn((arm, Visibility::default(), ChildOf(root))).id();
         world.entity_mut(volume).insert(ChildOf(arm));
@@ -56,7 +56,7 @@ impl Rig {
 
 #[test]
 fn a_rig_that_moves_as_a_whole_is_not_carved_anew() {
-    // In the hand; in a house; and far from the origin, where a single number has 60 micrometres.
+    // Places: in the hand, in a house, and far from the origin, where single precision resolves 60 micrometres.
     for (place, scale) in
         [(Vec3::ZERO, 1.0), (Vec3::new(12.0, 1.5, -7.0), 1.7), (Vec3::new(900.0, 1.5, 70.0), 1.0)]
     {

@@ -1,5 +1,5 @@
-//! Screen-space occlusion against a direct evaluation of its kernel on what view rays hit of boxes, and what
-//! it does in scenes: white things on black show the factor itself.
+//! Screen-space occlusion against a direct evaluation of its kernel on boxes that view rays hit. Further tests check
+//! its effect in scenes. White things on black show the factor itself.
 
 mod reference;
 
@@ -20,7 +20,7 @@ use reference::{Block, EYE, Lens, Reference, looking_from};
 const SLAB: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(10.0, 10.0, -2.0)];
 const STEP: Block = [DVec3::new(-10.0, -10.0, -8.0), DVec3::new(0.0, 10.0, 4.0)];
 
-/// Half of the points lie within 6 mm, as high as the step is. No blur, so that single pixels are compared.
+/// Half of the points lie within 6 mm, the height of the step. Blur is off, so that single pixels are compared.
 const SETTINGS: ScreenSpaceOcclusion = ScreenSpaceOcclusion {
     opacity_threshold: 0.5,
     radius_mm: Some(20.0),
@@ -29,7 +29,7 @@ const SETTINGS: ScreenSpaceOcclusion = ScreenSpaceOcclusion {
     blur: false,
 };
 
-/// Voxels of 1 mm; the blocks end between voxels.
+/// A volume of blocks. Its voxels have 1 mm; the blocks end between voxels.
 fn volume_of(blocks: &[Block]) -> Volume {
     let dimensions = UVec3::splat(24);
     let geometry = VolumeGeometry::of(&solid_volume(dimensions));
@@ -70,7 +70,7 @@ fn a_step_darkens_as_its_geometry_says() {
     let (compared, darkened) = reference.compare(&reds(&scene));
     assert!(compared > 2000 && darkened > 200, "{compared} pixels, {darkened} dark");
 
-    // Parallel rays.
+    // The rays are parallel.
     let camera = scene.camera();
     let projection = OrthographicProjection { scale: 0.4e-3, ..OrthographicProjection::default_3d() };
     scene.world().entity_mut(camera).insert(Projection::Orthographic(projection));
@@ -96,14 +96,14 @@ fn meshes_and_volumes_darken_each_other() {
     let reference = Reference { blocks: &blocks, lens: Lens::default(), settings: SETTINGS };
     let hits = reference.hits();
     let shown = hits.iter().flatten().count();
-    // The mesh's shaders are read meanwhile.
+    // The mesh's shaders are still being read.
     let shows_all = |headless: &crate::headless::Headless| {
         headless.image().chunks(4).filter(|pixel| pixel[0] > 0).count() * 100 > shown * 95
     };
     assert!(scene.headless.frames_until(shows_all), "the mesh is not drawn");
     scene.headless.frames(3);
     reference.compare(&reds(&scene));
-    // The same by the first of several samples of each pixel's depth.
+    // With several samples of each pixel's depth, the first sample gives the same result.
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert(Msaa::Sample4);
     scene.headless.frames(3);
@@ -111,7 +111,7 @@ fn meshes_and_volumes_darken_each_other() {
     reference.compare(&reds(&scene));
     scene.world().despawn(mesh);
     scene.headless.frames(3);
-    // A flat slab by itself is open everywhere.
+    // A flat slab alone is open everywhere.
     let alone = Reference { blocks: &blocks[..1], ..reference };
     assert_eq!(alone.compare(&reds(&scene)).1, 0, "dark without the mesh");
 }
@@ -148,7 +148,7 @@ fn a_carved_pocket_is_dark_and_leaves_no_trace() {
     scene.settle();
     scene.headless.frames(2);
     let carved = reds(&scene);
-    // 32 mm in front of the camera, 96 pixels show 26.5 mm.
+    // At 32 mm from the camera, the image's height shows 26.5 mm.
     let pixels_per_mm = f64::from(IMAGE.y) / (64.0 * (core::f64::consts::FRAC_PI_4 * 0.5).tan());
     let mean = |from_mm: f64, to_mm: f64| {
         let from_center = |index: usize| {
@@ -183,7 +183,7 @@ fn each_view_is_shaded_by_itself() {
         let mut camera = world.get_mut::<Camera>(camera).expect("a camera");
         camera.viewport = viewport(x);
         camera.order = order;
-        // What the first has drawn stays.
+        // The image of the first camera stays.
         camera.clear_color = if order == 0 { default() } else { ClearColorConfig::None };
     }
     scene.settle();
@@ -238,7 +238,7 @@ fn nothing_is_done_where_it_is_off() {
         method(&mut scene, default());
         assert!(image == frames(&mut scene).0, "{} depends on the method", mode.name());
     }
-    // Modes with light are darkened too, and LAO is the same.
+    // Modes with light are darkened too. LAO gives the same image as CAO.
     method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
     let phong = frames(&mut scene).0;
     scene.set_mode(ShadingMode::PhongCao);
@@ -248,7 +248,7 @@ fn nothing_is_done_where_it_is_off() {
     assert!(darker > 500 && phong.iter().zip(&phong_shaded).all(|(a, b)| a >= b), "{darker} darker bytes");
     scene.set_mode(ShadingMode::Lao);
     assert!(frames(&mut scene).0 == shaded, "LAO and CAO differ");
-    // Settings that see nothing, and such as cannot be.
+    // Settings that find no occlusion, and invalid settings, darken nothing.
     scene.set_mode(ShadingMode::Solid);
     let solid = frames(&mut scene).0;
     scene.set_mode(ShadingMode::Cao);
@@ -262,7 +262,7 @@ fn nothing_is_done_where_it_is_off() {
     }
     method(&mut scene, OcclusionMethod::ScreenSpace(SETTINGS));
     assert!(frames(&mut scene).0 == shaded, "it does not come back as it was");
-    // Timed by the clock, passes are run one by one; else all at the frame's end.
+    // Timed by the clock, passes run one by one. Otherwise they all run at the frame's end.
     for by_clock in [false, true] {
         scene.world().insert_resource(TimePassesByClock(by_clock));
         let (image, ran) = frames(&mut scene);

@@ -1,4 +1,4 @@
-//! What is shown while something is switched: every frame is drawn, none is empty, and the old stays until the new
+//! Images while settings are switched. Every frame is drawn, none is empty, and the old image stays until the new one
 //! is there.
 
 use bevy::{math::DVec3, prelude::*};
@@ -22,7 +22,7 @@ fn scene() -> TestScene {
         TestScene::new(folded_volume(SIZE, DVec3::ONE), opaque_ramp(), few_rays(), ShadingMode::Cao);
     scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
     scene.settle();
-    // What was done is reported a frame later.
+    // Passes that ran are reported a frame later.
     scene.headless.frame();
     scene
 }
@@ -108,7 +108,7 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
             assert!(begin.elapsed() < Duration::from_secs(60), "{name}: never as it is to be");
         }
         shown = expected;
-        // What was made for the time in between is gone.
+        // Boxes made for the time in between are gone.
         scene.headless.frames(2);
         let world = scene.world();
         let mut boxes = world.query::<&MeshMaterial3d<VolumeMaterial>>();
@@ -133,7 +133,7 @@ fn a_volume_that_is_there_is_drawn_in_the_frame_in_which_it_comes() {
     for (frame, image) in images.iter().enumerate() {
         assert_eq!(different_pixels(image, &before), 0, "frame {frame}");
     }
-    // And the same data on two entities is on the device once.
+    // Data that two entities share is on the device once.
     let one = scene.status().usage;
     let world = scene.world();
     let data = world.get::<Volume3d>(second).expect("a volume").clone();

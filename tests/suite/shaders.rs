@@ -1,6 +1,6 @@
-//! Every variant of every compute shader composes, validates, and is written for other devices, without a
-//! device: those too that the device at hand would not use. The material's variants are drawn in `drawing`,
-//! and those of `direct/composite.wgsl`, which imports Bevy's shaders, in `direct`; `languages` writes them.
+//! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
+//! This includes variants that the device at hand would not use. `drawing` draws the material's variants. `direct`
+//! draws those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes both.
 
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage, ShaderType,
@@ -15,7 +15,7 @@ macro_rules! sources {
     };
 }
 
-/// In an order in which each is behind what it imports.
+/// Libraries, each after those that it imports.
 const LIBRARIES: [(&str, &str); 22] = sources![
     "volumes/bindings.wgsl",
     "volumes/bricks.wgsl",
@@ -68,7 +68,7 @@ const ENTRIES: [(&str, &str); 24] = sources![
     "methods/sweeping/surface.wgsl",
 ];
 
-/// Those that import of Bevy, and are drawn in tests.
+/// Shaders that import Bevy's shaders, and are drawn in tests.
 const DRAWN: [&str; 2] = ["methods/direct/composite.wgsl", "methods/screen_space/darken.wgsl"];
 
 /// Definitions with which an entry is compiled, in all combinations.
@@ -92,7 +92,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
     }
 }
 
-/// Passes along an axis.
+/// Whether a pass runs along an axis.
 fn has_axis(name: &str) -> bool {
     matches!(
         name,
@@ -100,7 +100,7 @@ fn has_axis(name: &str) -> bool {
     )
 }
 
-/// The shaders in a folder of passes, by their paths within it, and in the folders in it.
+/// Shaders in a folder of passes and its subfolders, by their paths within the folder.
 fn shaders_in(folder: &Path, path: &str, found: &mut Vec<String>) {
     for file in std::fs::read_dir(folder).expect("a folder of passes") {
         let file = file.expect("a file in it").path();
@@ -141,7 +141,7 @@ fn every_variant_composes_validates_and_is_written_for_other_devices() {
     }
 }
 
-/// Composes and, as naga_oil does, validates.
+/// Composes a shader; naga_oil also validates it.
 fn compose(
     (file_path, source): (&str, &str),
     shader_defs: HashMap<String, ShaderDefValue>,

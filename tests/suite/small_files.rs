@@ -1,4 +1,4 @@
-//! The readers on small files made here, in every way to write them.
+//! The readers on small files, written here in every way.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ pub(crate) fn mha(fields: &str, data: &[u8]) -> Vec<u8> {
     [header.as_bytes(), fields.as_bytes(), end.as_bytes(), data].concat()
 }
 
-/// 0 to 23.
+/// The bytes 0 to 23.
 pub(crate) fn counting() -> Vec<u8> {
     (0..24).collect()
 }
@@ -137,7 +137,7 @@ fn small_files_read_in_every_way_to_write_them() {
 fn geometry_is_patient_millimetres() {
     let scratch = Scratch::new("geometry");
     let data = counting();
-    // Where voxel (1, 1, 1) lies in RAS.
+    // The expected places are those of voxel (1, 1, 1) in RAS.
     let lps = "space: LPS\nspace directions: (0,2,0) (1,0,0) (0,0,3)\nspace origin: (10,20,30)\n";
     let matrix = "TransformMatrix = 0 1 0 1 0 0 0 0 1\nElementSpacing = 2 1 3\nOffset = 10 20 30\n";
     let nifti = nifti(&[2, 3, 4], 2, &data);
@@ -193,7 +193,7 @@ fn wide_numbers_keep_their_values() {
     check("far.nii", 64, &far, &[-8e307, 0.0, 8e307], 2e303);
     let small = check("small.nii", 16, &[7f32, 262.0].map(f32::to_le_bytes).concat(), &[7.0, 262.0], 0.0);
     assert_eq!(small.intensities(), &Intensities::U8(vec![0, 255]));
-    // A falling slope: the range is in order all the same.
+    // With a falling slope, the range is still in order.
     let falling = with(nifti(&[2, 1, 1], 2, &[0, 10]), 112, &(-2f32).to_le_bytes());
     let falling = read(&scratch.write("falling.nii", &falling));
     assert_eq!(falling.range(), [-20.0, 0.0]);

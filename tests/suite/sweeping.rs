@@ -31,7 +31,7 @@ impl Grid {
         (0..size.element_product()).map(move |index| voxel_at(index, size))
     }
 
-    /// The voxels of a sweep in its order: light comes from an octant.
+    /// Voxels in the order of a sweep whose light comes from an octant.
     fn sweep(&self, octant: usize) -> impl Iterator<Item = UVec3> {
         let size = self.size;
         self.voxels().map(move |voxel| {
@@ -49,7 +49,7 @@ impl Grid {
         (neighbor[axis] < self.size[axis]).then(|| self.index(neighbor))
     }
 
-    /// Equation 6 of all octants.
+    /// Visibilities of all octants, by equation 6.
     fn visibilities(&self, transmittance: &[f64]) -> [Vec<f64>; 8] {
         core::array::from_fn(|octant| {
             let mut visibility = vec![1.0; transmittance.len()];
@@ -64,7 +64,7 @@ impl Grid {
         })
     }
 
-    /// Signed distances by fast sweeping (equation 1, for any spacing), from what lies above 0 inside.
+    /// Signed distances by fast sweeping (equation 1, for any spacing). Differences above 0 are inside.
     fn distances(&self, differences: &[f64]) -> Vec<f64> {
         let mut distances: Vec<f64> = Vec::new();
         for voxel in self.voxels() {
@@ -96,7 +96,7 @@ impl Grid {
     }
 }
 
-/// The d with the sum of ((d - a) / h)² = 1 over the neighbours that are nearer than d.
+/// Distance d with the sum of ((d - a) / h)² = 1 over the neighbours nearer than d.
 fn distance_beyond(mut neighbors: [(f64, f64); 3]) -> f64 {
     neighbors.sort_by(|a, b| a.0.total_cmp(&b.0));
     let nearest = neighbors[0].0;
@@ -136,8 +136,8 @@ impl Default for Case {
 }
 
 impl Case {
-    /// The scene with its occlusion computed, the opacities of its voxels, and what each of them sees of every
-    /// octant by the formulas.
+    /// The scene with its occlusion computed, the opacities of its voxels, and their visibilities of every octant by
+    /// the formulas.
     fn run(&self) -> (TestScene, Vec<f64>, [Vec<f64>; 8]) {
         let volume = folded_volume(self.size, self.spacing);
         let values: Vec<f64> = (0..self.size.element_product())
@@ -147,9 +147,9 @@ impl Case {
             AmbientOcclusion { method: OcclusionMethod::Sweeping(self.sweeping), sky: self.sky, ..default() };
         let mut scene = TestScene::new(volume, self.function.clone(), occlusion, ShadingMode::Cao);
         if self.is_carved {
-            // What is clipped of a voxel is then known from its opacity.
+            // A voxel's opacity then tells whether it is clipped.
             scene.set_clip(|settings| settings.coverage = CoverageRule::Center);
-            // Of the patient's axes, the third is upright.
+            // The third of the patient's axes is upright.
             let place = 0.3 * self.size.as_vec3() * self.spacing.as_vec3();
             let place = Transform::from_xyz(place.x, place.z, place.y);
             scene.carve(Sphere::new(6.0), ClipMesh::default(), place);
@@ -182,7 +182,7 @@ impl Case {
         (scene, opacities, visibilities)
     }
 
-    /// The weight of each octant of the grid: its axes are those of volume space, in another order and sense.
+    /// Weight of each octant of the grid. The grid's axes are those of volume space, in another order and sense.
     fn weights(&self) -> [f64; 8] {
         let axes = VolumeGeometry::of(&folded_volume(self.size, self.spacing)).local_from_voxel.matrix3;
         core::array::from_fn(|octant| {
@@ -197,13 +197,13 @@ impl Case {
         assert_eq!(found.len(), expected.len());
         for (found, expected) in found.iter().zip(expected) {
             let error = (f64::from(*found) - expected).abs();
-            // Intensities come as 32-bit floats; what cancels in a difference of about 1 of 255 leaves 1e-5,
-            // and roots of small discriminants the root of 1e-7, over and over.
+            // Intensities are 32-bit floats. Cancellation in a difference of about 1 of 255 leaves 1e-5. Roots of
+            // small discriminants leave the root of 1e-7, over and over.
             assert!(error <= 2e-3 * expected.abs().max(1.0), "distance {found}, expected {expected}");
         }
     }
 
-    /// Without geometry term: the octants' mean.
+    /// Checks the octants' mean, without a geometry term.
     fn check(&self) {
         let (scene, opacities, visibilities) = self.run();
         assert!(!self.is_carved || opacities.contains(&0.0));
@@ -214,7 +214,7 @@ impl Case {
         for (index, found) in found.iter().enumerate() {
             let mean = (0..8).map(|octant| weights[octant] * visibilities[octant][index]).sum::<f64>() / sum;
             let expected = 255.0 * mean.powf(1.0 / f64::from(self.sweeping.gamma));
-            // Half a byte of rounding; 32-bit floats, to a power, at an error of 1e-6 of the mean.
+            // Half a byte is rounding. The rest is for powers of 32-bit floats, at an error of 1e-6 of the mean.
             let error = (expected - f64::from(*found)).abs();
             assert!(error <= 0.5 + 0.25, "{index}: {found}, expected {expected}");
             spread = [spread[0].min(*found), spread[1].max(*found)];
@@ -240,7 +240,7 @@ fn grids_of_any_size_and_spacing_are_swept() {
 #[test]
 fn an_isosurface_stops_light_as_defined() {
     let surface = SweepingSurface::Isovalue(100.5);
-    // Everything has opacity, so that it tells what is clipped.
+    // All intensities have opacity, so a voxel's opacity tells whether it is clipped.
     let everything = TransferFunction::ramp(-100.0, 255.0, 0.9, [1.0; 3]).expect("a valid ramp");
     let sweeping = OcclusionSweeping { surface, gamma: 1.0, ..default() };
     let case = Case { function: everything, sweeping, is_carved: true, ..default() };
@@ -272,13 +272,13 @@ fn all_octants_are_kept_for_the_geometry_term() {
 #[test]
 fn distances_are_those_of_a_sphere() {
     const SIZE: u32 = 28;
-    // The largest and the mean error, in voxels, of a sphere of half the grid's width.
+    // Largest and mean error, in voxels, for a sphere of half the grid's width.
     let errors = |size: u32| {
         let spacing = f64::from(SIZE) / f64::from(size);
         let radius = 0.25 * f64::from(SIZE);
         let half = 0.5 * f64::from(SIZE);
         let at = move |p: DVec3| half * p.length() - radius;
-        // Linear in the distance near the surface.
+        // Intensity is linear in the distance near the surface.
         let volume = volume_from(UVec3::splat(size), DVec3::splat(spacing), |p| 0.5 - at(p) / half);
         let surface = SweepingSurface::Isovalue(127.5);
         let occlusion = AmbientOcclusion::by(OcclusionSweeping { surface, ..default() });
@@ -293,10 +293,10 @@ fn distances_are_those_of_a_sphere() {
     };
     let (coarse, fine) = (errors(14), errors(28));
     println!("errors of distances, voxels: {coarse:?}, {fine:?}");
-    // Finer voxels bring smaller errors, mm.
+    // In mm, finer voxels bring smaller errors.
     assert!(fine.1 < 0.75 * 2.0 * coarse.1, "{coarse:?} {fine:?}");
-    // First order: the error along a ray from the surface grows by the logarithm of its distance, so that in voxels
-    // it hardly changes with their size; the largest are at the corners and the centre.
+    // The method is of first order: errors grow by the logarithm of the distance from the surface. In voxels, they
+    // hardly change with the voxels' size. The largest errors are at the corners and the centre.
     assert!(coarse.0 < 1.0 && fine.0 < 1.0, "{coarse:?} {fine:?}");
     assert!(coarse.1 < 0.4 && fine.1 < 0.4, "{coarse:?} {fine:?}");
 }
@@ -314,7 +314,7 @@ fn methods_on_the_way_leave_no_trace_and_nothing_is_swept_at_rest() {
         assert!(jobs(&scene) > 0);
         scene.headless.frames(3);
         assert_eq!(before.passes.total_jobs(), scene.status().passes.total_jobs());
-        // A change of the method on the way, and back.
+        // The method changes, and changes back.
         let volume = scene.volume;
         let mut method = |method| {
             if let Some(mut occlusion) = scene.world().get_mut::<AmbientOcclusion>(volume) {
@@ -354,7 +354,7 @@ fn settings_without_sense_are_harmless() {
         let mut scene = TestScene::new(volume, opaque_ramp(), occlusion, ShadingMode::Cao);
         scene.settle();
         let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
-        // Nothing is inside, or lets light through.
+        // No voxel is inside, or all voxels let light through.
         assert!(found.len() >= 9 * 10 * 11 && found.iter().all(|byte| *byte == u8::MAX), "{sweeping:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Transfer functions in Slicer's newer files, and files that are none.
+//! Transfer functions in Slicer's newer files, and files that hold no transfer function.
 
 use bevy_contextual_ao::volume::{ControlPoint, GradientPoint, TransferFunction, TransferFunctionError};
 
@@ -60,7 +60,7 @@ const JSON: &str = r#"{
 #[test]
 fn slicer_properties_in_json_are_read() {
     let function = TransferFunction::from_slicer_vp(JSON).unwrap();
-    // Sorted; the step at 150 keeps the file's order, and the other function's values at every node.
+    // Points are sorted. The step at 150 keeps the file's order. Every node has the other function's value too.
     let expected = [
         point(0.0, [0.0; 3], 0.25),
         point(50.0, [0.25, 0.125, 0.0625], 0.25),
@@ -89,7 +89,7 @@ fn curves_between_nodes_follow_vtk() {
         ([0.6, 0.2], [0.1, 0.101_484, 0.123_761, 0.141_797, 0.204_309, 0.317_621, 0.5, 0.815_305, 0.894_971, 0.9]),
         ([0.5, 0.05], [0.1, 0.134_221, 0.237_658, 0.282_084, 0.383_602, 0.5, 0.616_398, 0.762_342, 0.865_779, 0.9]),
         ([0.0, 0.3], [0.1, 0.655_742, 0.795_282, 0.823_222, 0.860_818, 0.881_811, 0.892_715, 0.898_903, 0.899_972, 0.9]),
-        // As its vtkColorTransferFunction has it.
+        // VTK's vtkColorTransferFunction gives this row.
         ([0.3, 1.0], [0.1, 0.1, 0.1, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9]),
     ];
     for ([midpoint, sharpness], expected) in table {
@@ -101,7 +101,7 @@ fn curves_between_nodes_follow_vtk() {
         let function = TransferFunction::from_slicer_vp(&text).unwrap();
         for (at, expected) in AT.into_iter().zip(expected) {
             let found = function.sample(at)[3];
-            // A straight line is exact up to rounding; pieces of a curve are documented to be within 2.5 % of 0.8.
+            // A straight line is exact up to rounding. Pieces of a curve are documented to be within 2.5 % of 0.8.
             let tolerance = if sharpness == 0.0 || sharpness == 1.0 { 1e-6 } else { 0.025 * 0.8 };
             assert!(
                 (found - expected).abs() < tolerance,
@@ -119,7 +119,7 @@ fn gradient_opacity_is_kept() {
     assert_eq!(function.gradient_opacity, expected);
     let written = function.to_ron().unwrap();
     assert_eq!(TransferFunction::from_ron(&written).unwrap(), function, "{written}");
-    // Files without it stay as they were.
+    // Files without gradient opacity stay as they were.
     let plain = TransferFunction::ramp(0.0, 1.0, 1.0, [1.0; 3]).unwrap();
     assert!(!plain.to_ron().unwrap().contains("gradient"));
 
@@ -203,7 +203,7 @@ fn what_is_nearly_a_transfer_function_says_where_it_is_wrong() {
         let error = TransferFunction::from_bytes(text.as_bytes()).unwrap_err();
         assert!(check(&error) && error.to_string().contains(part), "{text}: {error}");
     }
-    // A mark before the text, as Windows' editor writes it, says nothing.
+    // A byte order mark before the text, as Windows' editor writes it, is ignored.
     let marked =
         format!("\u{feff}{}", TransferFunction::ramp(0.0, 1.0, 1.0, [1.0; 3]).unwrap().to_ron().unwrap());
     TransferFunction::from_bytes(marked.as_bytes()).unwrap();

@@ -81,7 +81,7 @@ fn senseless_functions_are_refused() {
         let error = error(vec![point(0.0, white, 0.5)], unit);
         assert!(matches!(error, TransferFunctionError::UnitDistance(_)));
     }
-    // Fields are public: what is not valid must not panic either.
+    // Fields are public, so an invalid function must not panic either.
     let unsorted = TransferFunction {
         points: vec![point(9.0, white, 1.0), point(f32::NAN, white, 1.0), point(1.0, white, 0.0)],
         opacity_unit_distance_mm: 1.0,
@@ -128,7 +128,7 @@ fn slicer_properties_are_read() {
     assert_eq!(values, expected);
     assert_eq!(function.points[3], point(139.919, [1.0, 0.894_893, 0.894_893], 0.589_286));
 
-    // Nodes of either function count: each gets the other's value there.
+    // Nodes of both functions count. Each node gets the other function's value there.
     let settings = "0\n1\n0.9\n0.1\n0.2\n10\n";
     let merged = format!("{settings}4 0 0 100 1\n4 0 1 255 1\n12 0 0 0 0 50 1 0 0 200 1 1 1\n");
     let function = TransferFunction::from_slicer_vp(&merged).unwrap();

@@ -1,4 +1,4 @@
-//! What nobody sees costs nothing, and the first frame in which it is seen is right.
+//! A volume that nobody sees costs nothing. The first frame in which it is seen is right.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
@@ -9,7 +9,7 @@ use crate::scene::{
 };
 use contextual_ao_kit::headless::different_pixels;
 
-/// Ways of not being seen, each with its way back.
+/// Ways for a volume to be unseen, and to be seen again.
 const WAYS: [(&str, fn(&mut TestScene, bool)); 3] = [
     ("hidden", |scene, is_seen| {
         let volume = scene.volume;
@@ -44,7 +44,7 @@ fn carved(occlusion: &AmbientOcclusion, mode: ShadingMode) -> (TestScene, Entity
 
 fn check(occlusion: AmbientOcclusion, mode: ShadingMode) {
     let name = format!("{} {}", occlusion.method.name(), mode.name());
-    // Progressive rays take their frames.
+    // Progressive rays need several frames.
     let frames = if matches!(occlusion.method, OcclusionMethod::Progressive(_)) { 11 } else { 1 };
     let (mut fresh, carver) = carved(&occlusion, mode);
     fresh.move_carver(carver, at(5));
@@ -101,7 +101,7 @@ fn progressive_rays_that_were_others_unseen_begin_anew() {
     let progressive = AmbientOcclusion::by(progressive_rays());
     let (mut scene, carver) = carved(&progressive, ShadingMode::Cao);
     let (hide, volume) = (WAYS[0].1, scene.volume);
-    // Some rays of all are cast when nobody looks any more.
+    // Only some of the rays have been cast when the volume is hidden.
     scene.move_carver(carver, at(3));
     scene.headless.frames(3);
     hide(&mut scene, false);

@@ -1,4 +1,4 @@
-//! Nothing of the user's is touched: entities, meshes, transforms, cameras, pointers.
+//! The crate leaves the user's entities, meshes, transforms, cameras and pointers alone.
 
 use bevy::{
     camera::visibility::RenderLayers,
@@ -50,7 +50,7 @@ fn the_volumes_entity_keeps_its_own_mesh_and_gets_no_other() {
     scene.world().entity_mut(volume).insert(Mesh3d(mesh.clone()));
     scene.headless.frames(2);
     let image = scene.headless.image();
-    // Who takes the children away takes the box with them: it comes again.
+    // Despawning the children also despawns the box. The box comes again.
     scene.world().entity_mut(volume).despawn_children();
     scene.headless.frames(2);
     assert_eq!(different_pixels(&scene.headless.image(), &image), 0, "the box stays away");
@@ -89,7 +89,7 @@ fn only_cameras_that_can_see_a_volume_get_a_depth_prepass() {
     };
     scene.headless.frame();
     assert_eq!(with_prepass(&mut scene), [true, false, false, true]);
-    // Layers of the volume count, and are those of what draws it.
+    // The volume's layers count, and are those of the box that draws it.
     scene.world().entity_mut(volume).insert(RenderLayers::layer(3));
     scene.headless.frame();
     assert_eq!(with_prepass(&mut scene), [false, true, false, true]);
@@ -97,7 +97,7 @@ fn only_cameras_that_can_see_a_volume_get_a_depth_prepass() {
     scene.world().entity_mut(volume).remove::<RenderLayers>();
     scene.headless.frame();
     assert!(!is_empty(&scene.headless.image()));
-    // One that the user inserts where there was ours stays.
+    // A prepass that the user inserts in place of ours stays.
     scene.world().entity_mut(seeing).insert(DepthPrepass);
     scene.world().get_mut::<Camera>(inactive).expect("a camera").is_active = true;
     scene.headless.frame();

@@ -1,4 +1,4 @@
-//! What every kind of view shows of a volume, placed in any way, against the volume rendering integral.
+//! Every kind of view of a volume, placed in any way, against the volume rendering integral.
 
 use bevy::{
     camera::{CameraProjection, Hdr, ScalingMode, SubCameraView, Viewport},
@@ -16,11 +16,11 @@ use crate::{
 };
 use contextual_ao_kit::shapes::Triangles;
 
-/// Linear, and not black, so that what is not drawn shows.
+/// Linear background, not black, so that undrawn pixels show.
 const BACKGROUND: DVec3 = DVec3::new(0.1, 0.2, 0.05);
 const SIZE: UVec3 = UVec3::new(24, 20, 26);
 const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
-/// Half the size of a box that carves, and where it is, mm.
+/// Half the size of the box that carves, mm.
 const BOX: DVec3 = DVec3::new(5.0, 4.0, 7.0);
 
 fn box_pose() -> Transform {
@@ -60,17 +60,17 @@ fn carved(volume: &Volume) -> Integral<'static> {
     Integral { is_clipped: &is_in_box, ..Integral::of(volume, &translucent_ramp()) }
 }
 
-/// A pose of a camera that looks at the world's centre, from so many mm away from it.
+/// Pose of a camera that looks at the world's centre from a place, mm.
 fn looking_from(x: f32, y: f32, z: f32) -> Transform {
     Transform::from_translation(Vec3::new(x, y, z) * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
 }
 
-/// What is seen in front of the background.
+/// Colour of a pixel in front of the background.
 fn in_front(pixel: Pixel) -> DVec3 {
     pixel.color + pixel.transmittance * BACKGROUND
 }
 
-/// Compares a part of the image with what it is to show.
+/// Compares a part of the image with the expected colours.
 fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expected: impl Fn(UVec2) -> DVec3) {
     let image = scene.headless.image();
     let background = BACKGROUND.to_array().map(srgb_byte);
@@ -96,8 +96,8 @@ fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expect
         "{name}: {shown} of {count} pixels, off by {mean:.3} bytes, {far} by more than 3, at most {most:.1}"
     );
     assert!(shown > count / 8, "{name}: {shown} of {count} pixels show the volume");
-    // The largest of three roundings is 3/8 of a byte on average; steps of an eighth of a voxel and the filter's
-    // weights of 8 bits are off by as much again.
+    // The largest of three roundings is 3/8 of a byte on average. Steps of an eighth of a voxel and filter weights of
+    // 8 bits are off by as much again.
     assert!(mean < 0.7, "{name}: pixels are off by {mean} bytes");
     // Where a carver or a mesh is seen edge-on, a texel of its depth map or half a step decides.
     assert!(far <= shown / 100, "{name}: {far} of {shown} pixels are off by more than 3 bytes");
@@ -105,14 +105,14 @@ fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expect
 
 const ALL: [UVec2; 2] = [UVec2::ZERO, IMAGE];
 
-/// Compares what the scene's only camera shows.
+/// Compares the image of the scene's only camera with the integral.
 fn check(name: &str, scene: &mut TestScene, integral: &Integral) {
     let camera = scene.camera();
     let view = View::of(scene, camera, IMAGE);
     assert_shows(name, scene, ALL, |pixel| in_front(integral.pixel(&view, pixel)));
 }
 
-/// A frustum with its axis beside the middle, as headsets have: what its sides are at a distance of 1.
+/// A frustum with its axis beside the middle, as headsets have. Its sides are given at a distance of 1.
 #[derive(Clone, Debug)]
 struct OffAxis {
     low: Vec2,
@@ -124,7 +124,7 @@ const OFF_AXIS_NEAR: f32 = 1e-3;
 impl CameraProjection for OffAxis {
     fn get_clip_from_view(&self) -> Mat4 {
         let (size, sum) = (self.high - self.low, self.high + self.low);
-        // Reversed, without a far end.
+        // Depth is reversed, without a far end.
         Mat4::from_cols(
             Vec4::new(2.0 / size.x, 0.0, 0.0, 0.0),
             Vec4::new(0.0, 2.0 / size.y, 0.0, 0.0),
@@ -193,7 +193,7 @@ fn every_projection_shows_the_integral() {
         scene.settle();
         check(name, &mut scene, &integral);
     }
-    // A part of a larger view.
+    // The camera shows a part of a larger view.
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert((looking_from(20.0, 17.0, 40.0), perspective(1.0)));
     let part = SubCameraView { full_size: IMAGE * 2, offset: Vec2::new(40.0, 55.0), size: IMAGE };
@@ -223,7 +223,7 @@ fn a_volume_placed_in_any_way_shows_the_integral() {
         scene.place_volume(pose);
         scene.settle();
         let mut integral = carved(&volume);
-        // In double precision, and apart from what the scene makes of it.
+        // The pose is computed in double precision, apart from the scene.
         let pose = parent_pose.to_matrix().as_dmat4() * pose.to_matrix().as_dmat4();
         integral.world_from_local = pose * integral.world_from_local;
         check(name, &mut scene, &integral);
@@ -264,7 +264,7 @@ fn viewports_of_several_cameras_show_the_integral() {
         cameras.into_iter().zip(viewports).enumerate()
     {
         let viewport = Viewport { physical_position, physical_size, ..default() };
-        // Only the first clears, and all of the image.
+        // Only the first camera clears, and it clears the whole image.
         let clear_color = if order == 0 { default() } else { ClearColorConfig::None };
         let (pose, projection) = views[order].clone();
         let camera_of = Camera { viewport: Some(viewport), order: order as isize, clear_color, ..default() };
@@ -277,7 +277,7 @@ fn viewports_of_several_cameras_show_the_integral() {
         let name = format!("camera {order}");
         assert_shows(&name, &scene, viewport, |pixel| in_front(integral.pixel(&view, pixel)));
     }
-    // Beside them is nothing.
+    // Nothing is drawn beside the viewports.
     let image = scene.headless.image();
     let is_in = |pixel: UVec2| {
         viewports.iter().any(|[first, size]| pixel.cmpge(*first).all() && pixel.cmplt(*first + *size).all())
@@ -298,7 +298,7 @@ fn samples_and_tones_are_as_they_are_to_be() {
     let view = View::of(&mut scene, camera, IMAGE);
     let reinhard = |color: DVec3| color / (1.0 + color);
     let plain = |pixel: UVec2| in_front(integral.pixel(&view, pixel));
-    // What is drawn is mapped, before it is put in front of the background.
+    // The volume's colour is mapped before it is put in front of the background.
     let mapped = |pixel: UVec2| {
         let Pixel { color, transmittance } = integral.pixel(&view, pixel);
         let opacity = 1.0 - transmittance;
@@ -316,7 +316,7 @@ fn samples_and_tones_are_as_they_are_to_be() {
     ];
     for (name, change, expected) in changes {
         change(&mut scene.world().entity_mut(camera));
-        // The image before this one must not pass for it.
+        // The previous image must not pass for this one.
         scene.settle();
         scene.headless.frames(3);
         assert_shows(name, &scene, ALL, expected);
@@ -350,7 +350,7 @@ fn an_opaque_mesh_in_a_volume_ends_the_integral() {
         let Pixel { color, transmittance } = with_mesh.pixel(&view, pixel);
         color + transmittance * behind
     };
-    // The mesh's shaders are read meanwhile.
+    // The mesh's shaders are still being read.
     let shows_it =
         |headless: &crate::headless::Headless| headless.image().chunks(4).any(|pixel| pixel[0] > 200);
     assert!(scene.headless.frames_until(shows_it), "the mesh is not drawn");

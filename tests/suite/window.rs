@@ -1,5 +1,5 @@
-//! The window's parts that need no window: files that are dropped, views that follow the size of the volume,
-//! digits and pictures.
+//! Parts of the `carve` example that need no window: dropped files, views that follow the volume's size, digits and
+//! pictures.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -20,7 +20,7 @@ use std::{
 use crate::scene::{folded_volume, is_empty};
 use contextual_ao_kit::headless::Headless;
 
-/// The modules of the window, as its own main file has them.
+/// Modules of the `carve` example, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
 #[path = "../../examples/carve"]
 mod carve {
@@ -34,7 +34,7 @@ mod carve {
     pub mod picture;
     pub mod view;
 
-    /// What of the command line the modules read.
+    /// Command-line arguments that the modules read.
     #[derive(Resource, Default)]
     pub struct Arguments {
         pub file: Option<PathBuf>,
@@ -53,7 +53,7 @@ use carve::{
     view,
 };
 
-/// A folder of a test's own.
+/// Creates an empty temporary folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("bevy_contextual_ao_{name}_{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&path);
@@ -61,7 +61,7 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// Writes a volume of so many voxels along each side.
+/// Writes a volume of `voxels` voxels along each side.
 fn write_volume(path: &Path, voxels: usize) {
     let header = format!(
         "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: {voxels} {voxels} {voxels}\nspacings: 1 1 1\n\
@@ -73,7 +73,7 @@ fn write_volume(path: &Path, voxels: usize) {
 
 #[test]
 fn a_view_follows_the_size_of_its_volume() {
-    // A head, 1.6 x 2.1 x 0.8 mm of micro-CT, and 3.4 m.
+    // The first volume has a head's size. The second is 1.6 x 2.1 x 0.8 mm of micro-CT. The third is 4.2 m long.
     let images = [5.0, 0.04, 80.0].map(|spacing_mm| {
         let size = UVec2::splat(64);
         let mut headless = Headless::new(size, |app| {
@@ -110,7 +110,8 @@ fn a_view_follows_the_size_of_its_volume() {
         for (other, image) in other.iter().zip(&images[0]) {
             let pairs = other.iter().zip(image);
             let different = pairs.filter(|(a, b)| a.abs_diff(**b) > 2).count();
-            // Lengths are rounded, which may move the outline by a pixel here and there: one in a hundred.
+            // Lengths are rounded, which may move the outline by a pixel here and there. One byte in a hundred may
+            // differ.
             assert!(different * 100 < image.len(), "{different} of {} bytes differ", image.len());
         }
     }
@@ -136,7 +137,7 @@ fn files_are_told_apart_by_their_names() {
     }
 }
 
-/// The window's app without a window, showing a volume of 8 voxels along each side.
+/// The example's app without a window, showing a volume of 8 voxels along each side.
 struct Window {
     headless: Headless,
     folder: PathBuf,
@@ -160,7 +161,7 @@ impl Window {
     }
 
     fn until(&mut self, holds: impl Fn(&Self) -> bool) {
-        // Files are read and pictures written meanwhile: that takes time, and not a number of frames.
+        // Files are read and pictures written meanwhile. This takes time, and not a number of frames.
         let begin = Instant::now();
         while begin.elapsed() < Duration::from_secs(60) {
             if holds(self) {
@@ -179,7 +180,7 @@ impl Window {
         self.headless.frame();
     }
 
-    /// Voxels along the x axis of what is shown, and the points of its transfer function.
+    /// Voxels along the x axis of the shown volume, and its transfer function.
     fn content(&mut self) -> (u32, TransferFunction) {
         let world = self.headless.app.world_mut();
         let mut entities = world.query::<(&Volume3d, &VolumeTransferFunction)>();
@@ -204,7 +205,7 @@ fn a_dropped_volume_is_shown_once_it_is_read() {
     assert!(
         window.shown().content.as_ref().is_some_and(|content| content.summary.starts_with("12 x 12 x 12"))
     );
-    // The preset is made anew: its unit follows the size.
+    // The preset is made anew, so its unit distance follows the volume's size.
     assert!(second.opacity_unit_distance_mm > 1.4 * first.opacity_unit_distance_mm);
 }
 
@@ -232,7 +233,7 @@ fn a_dropped_file_that_cannot_be_shown_changes_nothing() {
     std::fs::write(window.folder.join("broken.nrrd"), "NRRD0004\ntype: unsigned char\n\n").expect("write");
     std::fs::write(window.folder.join("broken.vp"), "not numbers").expect("write");
     write_volume(&window.folder.join("large.nrrd"), 128);
-    // Depth maps take 21 MiB, the large volume 8.
+    // Depth maps take 21 MiB. The large volume takes 8 MiB.
     window.headless.app.insert_resource(VolumeBudget { max_bytes: 25 << 20, halves: false });
     let before = window.content();
     for (name, words) in [
@@ -279,7 +280,7 @@ fn values_show_as_many_digits_as_their_range_asks_for() {
 #[test]
 fn pictures_never_overwrite_and_leave_the_panel_out() {
     let folder = folder("pictures");
-    // Red where the panel is, else green; transparent, which must not matter.
+    // Pixels are red where the panel is, else green. They are transparent, which must not matter.
     let pixels: Vec<u8> =
         (0..12 * 5).flat_map(|k| if k % 12 < 4 { [255, 0, 0, 0] } else { [0, 255, 0, 0] }).collect();
     let size = Extent3d { width: 12, height: 5, depth_or_array_layers: 1 };

@@ -1,4 +1,4 @@
-//! That the crate compiles without its features, and what is left then: built by itself (`cargo build -p bare`), since
-//! a build with tests has all features.
+//! Checks that the crate compiles without its features, and exports the rest. It is built by itself, since a build
+//! with tests has all features: `cargo build -p bare`.
 
 pub use bevy_contextual_ao::prelude::*;

@@ -1,4 +1,4 @@
-//! Waiting for what comes from elsewhere, and how it ends if it does not come.
+//! Waits for files, meshes and shaders, with an error if they do not come.
 
 use bevy::{
     prelude::*,
@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 
 use super::{Failures, Headless};
 
-/// How long is waited for a device, for files and compilers. It takes seconds at most.
+/// Longest wait for a device, for files and for compilers. They take seconds at most.
 pub(super) const PATIENCE: Duration = Duration::from_secs(60);
 
 impl Headless {
-    /// Runs frames until something holds, for up to a minute: shaders and meshes are read meanwhile, which
-    /// takes time and not a number of frames. Returns whether it came to hold.
+    /// Runs frames until `holds` is true, for up to a minute. Returns whether it became true. The limit is a time,
+    /// not a number of frames, because shaders and meshes are read meanwhile.
     pub fn frames_until(&mut self, holds: impl Fn(&Self) -> bool) -> bool {
         let begin = Instant::now();
         while begin.elapsed() < PATIENCE {
@@ -27,13 +27,12 @@ impl Headless {
         false
     }
 
-    /// Runs frames until the volume has been read and drawn for the first time with all its
-    /// occlusion. Fails if its file could not be read, or if nothing comes for longer than
-    /// [`Self::patience`].
+    /// Runs frames until the volume has been read and drawn for the first time with all its occlusion. Fails if its
+    /// file could not be read, or after [`Self::patience`] without progress.
     pub fn until_ready(&mut self, volume: Entity) -> Result<(), String> {
-        // Nobody looks meanwhile.
+        // Nobody looks at the image meanwhile.
         self.set_cameras_active(false);
-        // A change needs this many frames to show in the progress: asset event, frame, report.
+        // A change shows in the progress after this many frames: asset event, frame, report.
         const FRAMES: u32 = 3;
         self.frames(FRAMES);
         let mut waits_for = Vec::new();
@@ -70,11 +69,11 @@ impl Headless {
         }
     }
 
-    /// What is wrong with a shader, if anything.
+    /// Error of a shader, if there is one.
     fn pipeline_error(&self) -> Option<String> {
         let cache = self.render_world().resource::<PipelineCache>();
         cache.pipelines().find_map(|pipeline| match &pipeline.state {
-            // Others are about shaders that are still being read.
+            // Other errors are about shaders that are still being read.
             CachedPipelineState::Err(error @ ShaderCacheError::ProcessShaderError(_))
             | CachedPipelineState::Err(error @ ShaderCacheError::CreateShaderModule(_)) => {
                 Some(error.to_string())
@@ -83,7 +82,7 @@ impl Headless {
         })
     }
 
-    /// What a volume is not ready without; nothing if it is.
+    /// Names of the parts that a volume still waits for. Empty if the volume is ready.
     fn missing(&mut self, volume: Entity) -> Vec<String> {
         let world = self.app.world_mut();
         if world.get::<OcclusionReady>(volume).is_some_and(|ready| ready.0) {

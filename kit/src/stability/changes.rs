@@ -1,7 +1,7 @@
-//! What changes from frame to frame.
+//! Changes from frame to frame.
 
-/// The frame-to-frame changes of some bytes: voxels or pixels. `None` stands for a value that no
-/// one can see: what comes and goes does not count.
+/// Frame-to-frame changes of the bytes of voxels or pixels. `None` is a value that nobody can see. Appearing and
+/// disappearing do not count.
 #[derive(Default)]
 pub struct Changes {
     last: Vec<Option<u8>>,
@@ -12,7 +12,7 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// Takes in the bytes of the next frame.
+    /// Adds the bytes of the next frame.
     pub fn add(&mut self, frame: Vec<Option<u8>>) {
         self.squares.resize(frame.len(), 0);
         if !self.last.is_empty() {

@@ -1,4 +1,4 @@
-//! Concave meshes: which points the clip test takes to be inside, against an exact test.
+//! Concave meshes: compares the clip test for points inside with an exact test.
 
 use crate::mode::ShadingMode;
 use bevy::{math::Affine3A, prelude::*};
@@ -14,8 +14,8 @@ use super::{
     Figure,
 };
 
-/// Meshes that hide parts of themselves, about 30 mm in size, and turned so that no side of their
-/// bounds lies along their own axes.
+/// Meshes that hide parts of themselves, about 30 mm in size. Most are turned, so that no side of their bounds lies
+/// along their own axes.
 pub fn concave_meshes() -> Vec<(String, Triangles)> {
     let turned = |mesh: Triangles, x: f32, y: f32| {
         mesh.rotated(Quat::from_euler(EulerRot::XYZ, x.to_radians(), y.to_radians(), 0.0))
@@ -28,7 +28,7 @@ pub fn concave_meshes() -> Vec<(String, Triangles)> {
     let bowl = || Triangles::bowl(14.0, 11.0, 64);
     let bracket = || Triangles::l_bracket(24.0, 7.0, 14.0);
     let spheres = || Triangles::two_spheres(6.0, 16.0, 24);
-    // Where the last two share a face, its triangles coincide.
+    // The blocks share a face, where their triangles coincide.
     let blocks = Triangles::cuboid(Vec3::new(8.0, 20.0, 8.0))
         .merged(Triangles::cuboid(Vec3::new(8.0, 8.0, 8.0)).translated(Vec3::new(8.0, 6.0, 0.0)));
     let overlapping =
@@ -51,11 +51,11 @@ pub fn concave_meshes() -> Vec<(String, Triangles)> {
     meshes
 }
 
-/// Tests the centres of a cube of `voxels` per side with every concave mesh.
+/// Tests the voxel centres of a cube with every concave mesh. `voxels` counts along each side.
 pub fn shapes(voxels: u32, report: &mut impl FnMut(Figure)) {
     let mut cases: Vec<_> =
         concave_meshes().into_iter().map(|(name, mesh)| (name, mesh.clone(), mesh, Some(0.0))).collect();
-    // Where flipped faces happen to balance along a line of sight, nothing tells what is inside.
+    // Flipped faces may balance along a line of sight. Then the inside cannot be told.
     let bowl = Triangles::bowl(14.0, 11.0, 64).rotated(Quat::from_rotation_x(1.1));
     cases.push(("bowl, every other face flipped".into(), bowl.clone().half_flipped(), bowl, None));
     let mut judge = Judge::new(voxels);
@@ -75,19 +75,19 @@ pub fn shapes(voxels: u32, report: &mut impl FnMut(Figure)) {
     }
 }
 
-/// What the clip test got wrong.
+/// Errors of the clip test.
 pub struct Verdict {
     /// Layers of the depth maps.
     pub layers: u32,
-    /// Points wrong though farther than a depth texel from the surface.
+    /// Wrong points that are farther than a depth texel from the surface.
     pub far_wrong: usize,
-    /// Share of points that are wrong at all.
+    /// Share of points that are wrong, near the surface or not.
     pub wrong_share: f64,
     /// Points inside.
     pub inside: usize,
 }
 
-/// A cube of voxels, whose centres are tested.
+/// A cube of voxels. Their centres are tested.
 pub struct Judge {
     scene: TestScene,
     voxels: u32,
@@ -95,7 +95,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// With so many voxels per side.
+    /// Creates a cube with `voxels` per side.
     pub fn new(voxels: u32) -> Self {
         let volume = solid_volume(UVec3::splat(voxels));
         let mut scene = TestScene::new(volume, opaque_ramp(), few_rays(), ShadingMode::Phong);
@@ -103,7 +103,7 @@ impl Judge {
         Self { scene, voxels, carver: None }
     }
 
-    /// Compares the clip test of a mesh with the exact test of another, of the same bounds.
+    /// Compares the clip test of `mesh` with the exact test of `truth`, which has the same bounds.
     pub fn judge(
         &mut self,
         mesh: &Triangles,
@@ -118,7 +118,7 @@ impl Judge {
         let half = 0.5 * (upper - lower);
         let size = UVec3::splat(self.voxels);
         let geometry = VolumeGeometry::of(&solid_volume(size));
-        // The mesh fills the volume but for a voxel; odd factors keep its flat faces off voxel centres.
+        // The mesh fills the volume except for a voxel. Odd factors keep its flat faces off voxel centres.
         let fit = (0.5 * self.voxels as f32 - 1.07) / half.max_element();
         let scene = &mut self.scene;
         if let Some(before) = self.carver.take() {
@@ -129,7 +129,7 @@ impl Judge {
         self.carver = Some(scene.carve_with(&centered, Transform::from_scale(Vec3::splat(fit))));
         scene.settle();
         scene.headless.frame();
-        // The larger side of a texel, mesh units: the clip camera looks along the shortest side.
+        // Larger side of a texel, mesh units. The clip camera looks along the shortest side of the mesh.
         let frame = ClipFrame::around(Vec3::ZERO, half).expect("the mesh has an extent");
         let texels_per_unit = frame.clip_from_local().matrix3.transpose();
         let texel =

@@ -1,5 +1,5 @@
-//! How steady and how exact clipping is where such methods fail, as figures. Each is a case with a
-//! bound; the tests run them short, `measure --stability` long.
+//! Figures of how steady and exact clipping is in cases where similar methods fail. A figure may have a bound. Tests
+//! run the cases short, `measure --stability` runs them long.
 
 mod changes;
 pub mod inside_test;
@@ -13,20 +13,20 @@ use bevy_contextual_ao::prelude::*;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
-/// One figure.
+/// A measured value of one case and method.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// What is looked at.
+    /// Name of the case.
     pub case: String,
-    /// By which method.
+    /// Name of the method.
     pub method: String,
-    /// What is measured.
+    /// Name of the measured quantity.
     pub figure: &'static str,
     /// The unit of the value and the bound.
     pub unit: &'static str,
-    /// What the value must not exceed, where there is such a bound.
+    /// Largest value that is allowed, if there is a bound.
     pub bound: Option<f64>,
-    /// What was measured.
+    /// The measured value.
     pub value: f64,
 }
 
@@ -36,14 +36,14 @@ impl Figure {
         self.bound.is_none_or(|bound| self.value <= bound)
     }
 
-    /// As a line of JSON.
+    /// The figure as a line of JSON.
     pub fn to_json(&self) -> Value {
         let Self { case, method, figure, unit, bound, value } = self;
         json!({ "case": case, "method": method, "figure": figure, "unit": unit, "bound": bound, "value": value })
     }
 }
 
-/// The name of a coverage rule in figures.
+/// Name of a coverage rule in figures.
 pub fn rule_name(rule: CoverageRule) -> &'static str {
     match rule {
         CoverageRule::Lines => "lines",
@@ -52,7 +52,7 @@ pub fn rule_name(rule: CoverageRule) -> &'static str {
     }
 }
 
-/// Runs the cases in full length, all or those of one group, and hands out each figure as it comes.
+/// Runs the cases in full length, all or those of one group. Reports each figure as it comes.
 pub fn run(group: Option<Group>, mut report: impl FnMut(Figure)) {
     for one in Group::value_variants().iter().filter(|one| group.is_none_or(|group| group == **one)) {
         let report = &mut report;
@@ -69,7 +69,7 @@ pub fn run(group: Option<Group>, mut report: impl FnMut(Figure)) {
     }
 }
 
-/// What can be run by itself.
+/// A group of cases that can be run by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Group {
     /// Carvers that move by 1/32 voxel a frame.

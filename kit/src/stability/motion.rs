@@ -1,5 +1,5 @@
-//! Small motions: how much coverage, occlusion and image change from one frame to the next, by the
-//! published coverage rule and by the default; and how close both are to the exact share.
+//! Small motions: how much coverage, occlusion and image change from one frame to the next. The published coverage
+//! rule and the default are compared. Both are also compared with the exact coverage.
 
 use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
@@ -22,7 +22,7 @@ use super::{
 /// The published rule first, then the default.
 const RULES: [CoverageRule; 2] = [CoverageRule::Points, CoverageRule::Lines];
 const SIZE: UVec3 = UVec3::new(32, 30, 28);
-/// Where the carvers are: at the corner of the volume that the camera sees.
+/// Place of the carvers: the corner of the volume that the camera sees.
 const PLACE: Vec3 = Vec3::new(6.0, 6.0, 7.0);
 
 struct Case {
@@ -47,7 +47,7 @@ fn cases() -> [Case; 6] {
     ]
 }
 
-/// A solid, opaque volume, with one carver after another: the opacity of a voxel is its coverage.
+/// A solid, opaque volume with one carver at a time. The opacity of a voxel is its coverage.
 pub struct SolidScene {
     pub scene: TestScene,
     carver: Option<Entity>,
@@ -61,7 +61,7 @@ impl Default for SolidScene {
 }
 
 impl SolidScene {
-    /// Carves with a mesh, in place of the one before.
+    /// Carves with a mesh, which replaces the mesh before.
     pub fn carve(
         &mut self,
         mesh: &Triangles,
@@ -79,7 +79,7 @@ impl SolidScene {
     }
 }
 
-/// What is watched from frame to frame.
+/// Changes of coverage, occlusion and image.
 #[derive(Default)]
 struct Watched([Changes; 3]);
 
@@ -97,7 +97,7 @@ impl Watched {
         frames: u32,
         pose: impl Fn(u32) -> Transform,
     ) -> Self {
-        // Occlusion is watched where the camera does not see it as well.
+        // Occlusion is also watched where the camera does not see it.
         solid.scene.world().insert_resource(Optimizations { demand: false, ..default() });
         let carver = solid.carve(&case.mesh, case.pose, |clip| clip.coverage = rule);
         let scene = &mut solid.scene;
@@ -115,8 +115,8 @@ impl Watched {
     }
 }
 
-/// Watches both rules; `bounds_largest` is the default's bound on the largest change of coverage,
-/// as a share of the published rule's.
+/// Compares both rules. `bounds_largest` bounds the default's largest change of coverage, as a share of the published
+/// rule's.
 fn compare(
     solid: &mut SolidScene,
     (name, case): (String, &Case),
@@ -145,7 +145,7 @@ fn compare(
     }
 }
 
-/// Carvers move by 1/32 voxel per frame, in an oblique direction and along a grid axis.
+/// Moves carvers by 1/32 voxel per frame, in an oblique direction and along a grid axis.
 pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
     let mut solid = SolidScene::default();
     for case in &cases() {
@@ -154,20 +154,20 @@ pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
                 let moved = case.pose.translation + direction * (frame as f32 / 32.0);
                 case.pose.with_translation(moved)
             };
-            // At least halved.
+            // The default at least halves the largest change.
             let name = format!("sweep {name}, {}", case.name);
             compare(&mut solid, (name, case), frames, pose, Some(0.5), report);
         }
     }
 }
 
-/// A tracked hand's noise: up to 0.1 mm and 0.1 degree.
+/// Moves carvers by a tracked hand's noise: up to 0.1 mm and 0.1 degree.
 pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
     let mut solid = SolidScene::default();
     for case in &cases()[..4] {
         let pose = |frame| {
             let mut random = Random(u64::from(frame) * 0x9e37_79b9 + 1);
-            // The first values of a seed depend on it too plainly.
+            // The first values of a generator depend too plainly on its seed.
             let _ = random.point();
             Transform {
                 translation: case.pose.translation + 0.1 * random.point(),
@@ -179,8 +179,8 @@ pub fn tremors(frames: u32, report: &mut impl FnMut(Figure)) {
     }
 }
 
-/// How far coverage is from the exact share of the box of [-1, 1]^3 voxels that is outside the
-/// mesh, over voxels that the surface passes through.
+/// Error of coverage against the exact share of the box of [-1, 1]^3 voxels outside the mesh. Only voxels that the
+/// surface passes through are compared.
 pub fn coverage_errors(voxels: usize, report: &mut impl FnMut(Figure)) {
     let mut solid = SolidScene::default();
     for case in &cases() {
@@ -201,7 +201,7 @@ pub fn coverage_errors(voxels: usize, report: &mut impl FnMut(Figure)) {
     }
 }
 
-/// The error of some values.
+/// Error of a set of values.
 #[derive(Clone, Copy)]
 pub struct Error {
     /// Root mean square.
@@ -210,7 +210,7 @@ pub struct Error {
     pub largest: f64,
 }
 
-/// The error of the coverage of a solid scene's voxels, with a mesh at a pose (mm).
+/// Error of the coverage of a solid scene's voxels, with a mesh at a pose (mm).
 pub fn coverage_error(scene: &TestScene, exact: &InsideTest, pose: Transform, voxels: usize) -> Error {
     let opacities = scene.opacities();
     let geometry = VolumeGeometry::of(&solid_volume(SIZE));
@@ -219,7 +219,7 @@ pub fn coverage_error(scene: &TestScene, exact: &InsideTest, pose: Transform, vo
         mesh_from_volume.transform_point3(geometry.local_from_voxel.transform_point3(voxel).as_vec3())
     };
     let voxel = |index: u32| voxel_at(index, SIZE).as_dvec3();
-    // Half the diagonal of the box: the surface passes through no other. Poses do not scale, so that
+    // 1.74 is half the diagonal of the box: the surface passes through no farther box. Poses do not scale, so
     // distances in the mesh's space are voxels too.
     let near: Vec<u32> = (0..SIZE.element_product())
         .filter(|&index| exact.distance(mesh_point(voxel(index))) < 1.74)

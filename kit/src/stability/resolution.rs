@@ -1,5 +1,4 @@
-//! The resolution of the clip maps against error and time: the question that the CAO paper leaves
-//! open (section 5).
+//! Resolution of the clip maps against error and time, which the CAO paper leaves open (section 5).
 
 use bevy::prelude::*;
 use bevy_contextual_ao::diagnostics::{SPAN_CLIP, SPAN_DEPTH, SPAN_DILATE};

@@ -1,5 +1,5 @@
-//! A long life: everything that can be spawned, moved, edited and despawned is, at random, for
-//! many frames. Nothing may be left behind, and the image must be that of a fresh start.
+//! A long run: everything is spawned, moved, edited and despawned at random, for many frames. Nothing may be left
+//! behind, and the image must be that of a fresh start.
 
 use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
@@ -14,13 +14,16 @@ use super::{
     Figure,
 };
 
+/// The figure of the whole process: it says nothing where other scenes share the process.
+pub const PROCESS_MEMORY: &str = "memory of the process grown since a quarter of it";
+
 const MOST_CARVERS: usize = 6;
 const MOST_VOLUMES: usize = 3;
 const MOST_CAMERAS: usize = 3;
 
 fn scene() -> TestScene {
     let mut scene = TestScene::new(volume(0), opaque_ramp(), few_rays(), ShadingMode::Cao);
-    // Frames are many: the smaller the maps, the more of them in an hour.
+    // The smaller the maps, the more frames run in an hour.
     scene.set_clip(|clip| clip.depth_map_size = 64);
     scene
 }
@@ -44,12 +47,12 @@ fn mesh(k: usize) -> Triangles {
 }
 
 fn pose(random: &mut Random) -> Transform {
-    // Now and then collapsed, mirrored or far too large.
+    // Some poses are collapsed, mirrored or far too large.
     let scale = [1.0, 1.2, 0.7, -1.0, 0.0, 50.0][random.below(6)];
     Transform { translation: 8.0 * random.point(), rotation: random.rotation(3.0), scale: Vec3::splat(scale) }
 }
 
-/// What must be as it was at the start.
+/// Holdings that must be the same at the end as at the start.
 #[derive(Debug, PartialEq)]
 struct Holdings {
     usage: GpuUsage,
@@ -75,7 +78,7 @@ impl Holdings {
     }
 }
 
-/// The scene, and what was spawned into it.
+/// The scene and the entities spawned into it.
 struct Soak {
     scene: TestScene,
     random: Random,
@@ -85,7 +88,7 @@ struct Soak {
 }
 
 impl Soak {
-    /// One random change.
+    /// Makes one random change.
     fn change(&mut self) {
         let k = self.random.below(1000);
         match self.random.below(12) {
@@ -171,7 +174,7 @@ fn remove_one(scene: &mut TestScene, random: &mut Random, entities: &mut Vec<Ent
     }
 }
 
-/// Lives for so many frames. A panic or a validation message of the renderer ends it.
+/// Runs for `frames` frames. A panic or a validation message of the renderer ends the run.
 pub fn run(frames: u32, report: &mut impl FnMut(Figure)) {
     let mut fresh = scene();
     fresh.settle();
@@ -188,7 +191,7 @@ pub fn run(frames: u32, report: &mut impl FnMut(Figure)) {
         }
         soak.change();
         soak.scene.headless.frame();
-        // Until then pipelines are compiled and pools fill.
+        // In the first quarter pipelines are compiled and pools fill.
         if frame == frames / 4 {
             settled = resident_bytes();
         }
@@ -229,23 +232,18 @@ pub fn run(frames: u32, report: &mut impl FnMut(Figure)) {
         figure(name, unit, 0.0, value);
     }
     if let Some(grown) = grown {
-        // What allocators keep; a leak of 10 KiB a frame would show in 10,000.
-        figure(
-            "memory of the process grown since a quarter of it",
-            "MiB",
-            64.0,
-            grown as f64 / f64::from(1 << 20),
-        );
+        // Allowance for allocators. A leak of 10 KiB a frame would show in 10,000 frames.
+        figure(PROCESS_MEMORY, "MiB", 64.0, grown as f64 / f64::from(1 << 20));
     }
 }
 
-/// The process's memory, where the system tells.
+/// The process's memory, bytes; `None` where the system does not tell.
 fn resident_bytes() -> Option<u64> {
     let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
     Some(pages.split(' ').nth(1)?.parse::<u64>().ok()? * 4096)
 }
 
-/// Frames in which what was let go is freed.
+/// Runs frames in which released resources are freed.
 fn rest(scene: &mut TestScene) {
     scene.headless.frames(4);
 }

@@ -1,4 +1,4 @@
-//! What the result must not depend on: the path that carvers took, the camera, and rest.
+//! Independence of the result from the path that carvers took, from the camera, and from rest.
 
 use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
@@ -36,8 +36,8 @@ fn pose(random: &mut Random) -> Transform {
     }
 }
 
-/// Random walks of several carvers, which also go and come again, against a fresh start where they
-/// end; two cameras; and frames at rest.
+/// Compares random walks of several carvers with a fresh start where the walks end. Carvers also go and come again.
+/// Two cameras are compared, and frames at rest.
 pub fn paths(steps: usize, report: &mut impl FnMut(Figure)) {
     let mut random = Random(42);
     let goals: Vec<_> = (0..CARVERS).map(|_| pose(&mut random)).collect();
@@ -92,7 +92,7 @@ pub fn paths(steps: usize, report: &mut impl FnMut(Figure)) {
         .world()
         .entity_mut(camera)
         .insert(Transform::from_xyz(-0.03, 0.04, 0.02).looking_at(Vec3::ZERO, Vec3::Y));
-    // Seen from there, everything is computed again.
+    // Moving a carver there and back computes everything again, as seen by the new view.
     walked.move_carver(carvers[0], Transform::default());
     walked.headless.frame();
     walked.move_carver(carvers[0], goals[0]);

@@ -1,5 +1,5 @@
-//! How far each setting's occlusion and image are from those of very many rays, after a carver moved, and from
-//! what the method itself defines.
+//! Errors of each setting's occlusion and image after a carver moved. They are taken against very many rays, and
+//! against the method's own definition.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{
@@ -15,11 +15,11 @@ use super::{
 use crate::{directions::max_rays, stage::Stage};
 use contextual_ao_kit::{chart::rms, headless::voxel_at};
 
-/// Frames of which the errors are taken: each follows a step of the carver, whose last step leads to where it
-/// was spawned. Only what lags behind is different from frame to frame.
+/// Number of frames whose errors are taken. Each follows a step of the carver, whose last step leads to its start.
+/// Only settings that lag behind differ from frame to frame.
 const STEPS: u32 = 2;
 
-/// The root mean square errors of a setting, of a range from 0 to 1.
+/// Root mean square errors of a setting, of a range from 0 to 1.
 #[derive(Clone, Default)]
 pub struct Errors {
     pub voxels: Option<f64>,
@@ -30,36 +30,36 @@ pub struct Errors {
     pub own_image: Option<f64>,
 }
 
-/// What a setting makes of a frame.
+/// Result of a setting in a frame.
 struct Shot {
-    /// Occlusion as drawn of the voxels that the image reads; nothing of methods that know no voxels.
+    /// Occlusion as drawn, of the voxels that the image reads. Empty for methods without voxels.
     occlusion: Vec<Option<f32>>,
     image: Vec<u8>,
 }
 
 /// Finds the errors of settings in one scene.
 pub struct Accuracy {
-    /// With very many rays, light from all around: one per step of the carver, the last one first.
+    /// Shots of very many rays, with light from all around: one per step of the carver, the last step first.
     truths: Vec<Shot>,
-    /// The same with light from above, and what light that is.
+    /// Shot of very many rays with light from above, and that light.
     sky: Option<(Sky, Shot)>,
     true_rays: OcclusionRays,
     definitions: Definitions,
-    /// How much light comes through the whole volume, once it is known.
+    /// Light through the whole volume, once it is known.
     whole_volume: Option<Vec<f64>>,
     /// Images of methods with their best settings.
     better: Vec<(AmbientOcclusion, Shot)>,
-    /// What was found: dense and contextual occlusion are the same.
+    /// Errors found before: dense and contextual occlusion are the same.
     known: Vec<(AmbientOcclusion, Errors)>,
 }
 
 impl Accuracy {
-    /// Casts very many rays. The intensities are those that the carver leaves where it was spawned.
+    /// Casts very many rays. The intensities are those that the carver leaves at its start.
     pub fn new(stage: &mut Stage, intensities: Vec<u16>) -> Result<Self, String> {
         let true_rays = max_rays(stage);
         let rays = OcclusionRays { pattern: RayPattern::Fibonacci(true_rays), ..stage.rays() };
         let occlusion = AmbientOcclusion::by(rays);
-        // All in the first frame: it takes many times as long as all others.
+        // The first frame computes everything: it takes many times as long as all other frames.
         stage.carve(STEPS - 1);
         let mut truths = vec![shot(stage, &occlusion)?];
         for step in (0..STEPS - 1).rev() {
@@ -72,12 +72,12 @@ impl Accuracy {
         Ok(Self { truths, sky, true_rays: rays, definitions, whole_volume, better, known })
     }
 
-    /// The image of very many rays, RGBA, the carver where it was spawned.
+    /// Image of very many rays, RGBA, with the carver at its start.
     pub fn true_image(&self) -> &[u8] {
         &self.truths[0].image
     }
 
-    /// The errors of a setting.
+    /// Errors of a setting.
     pub fn of(&mut self, stage: &mut Stage, setting: &Setting) -> Result<Errors, String> {
         if setting.is_solid() {
             return Ok(Errors::default());
@@ -103,7 +103,7 @@ impl Accuracy {
         Ok(errors)
     }
 
-    /// The truth with another light.
+    /// Shot of very many rays with another light.
     fn under_sky(&mut self, stage: &mut Stage, sky: Sky) -> Result<&Shot, String> {
         if self.sky.as_ref().is_none_or(|(known, _)| *known != sky) {
             let occlusion = AmbientOcclusion { sky, ..AmbientOcclusion::by(self.true_rays) };
@@ -156,7 +156,7 @@ impl Accuracy {
         Ok(())
     }
 
-    /// What the best settings show: it may take very long, and several settings have the same best.
+    /// Shot with the best settings. It may take very long, and several settings have the same best settings.
     fn better_shot(&mut self, stage: &mut Stage, better: &AmbientOcclusion) -> Result<&Shot, String> {
         let known = self.better.iter().position(|(occlusion, _)| occlusion == better);
         let index = match known {
@@ -170,14 +170,14 @@ impl Accuracy {
         Ok(&self.better[index].1)
     }
 
-    /// Against values of the voxels that were evaluated.
+    /// Error against values of the voxels that were evaluated.
     fn defined_error(&self, found: &Shot, defined: &[f64]) -> Option<f64> {
         let pairs = self.definitions.voxels.iter().zip(defined);
         rms(pairs.filter_map(|(&voxel, defined)| Some(f64::from(found.occlusion[voxel]?) - defined))).0
     }
 }
 
-/// Renders the frames after steps of the carver, each from what was there before; the last one first.
+/// Renders the frames after steps of the carver, each from the state before. The last frame comes first.
 fn shots(stage: &mut Stage, occlusion: &AmbientOcclusion, settle: u32) -> Result<Vec<Shot>, String> {
     stage.carve(STEPS);
     stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
@@ -196,14 +196,14 @@ fn step_shot(stage: &mut Stage, step: u32) -> Shot {
     Shot::take(stage)
 }
 
-/// Renders one frame, everything being computed for it.
+/// Renders one frame, for which everything is computed.
 fn shot(stage: &mut Stage, occlusion: &AmbientOcclusion) -> Result<Shot, String> {
     stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
     Ok(Shot::take(stage))
 }
 
 impl Shot {
-    /// What the last frame was.
+    /// Takes the shot of the last frame.
     fn take(stage: &Stage) -> Self {
         let (headless, volume) = (&stage.headless, stage.scene.volume);
         let method = stage.occlusion().method;
@@ -231,12 +231,12 @@ impl Shot {
     }
 }
 
-/// Occlusion at a voxel's centre, drawn from texels of 2x2x2 voxels; `None` where one of them is not valid,
-/// which the mask has at the texel's first voxel.
+/// Occlusion at a voxel's centre, drawn from texels of 2x2x2 voxels. `None` if one of the texels is not valid; the
+/// mask has the texel's validity at its first voxel.
 fn half_at(voxel: UVec3, dimensions: UVec3, texels: &[u8], valid: &[bool]) -> Option<f32> {
     let size = dimensions.map(|voxels| voxels.div_ceil(2));
     let near = voxel / 2;
-    // The next texel lies on the side on which the voxel is within its own; at the edge it is the same.
+    // The next texel lies on the side on which the voxel is in its own texel. At the edge it is the same texel.
     let side = (voxel % 2).as_ivec3() * 2 - 1;
     let next = (near.as_ivec3() + side).clamp(IVec3::ZERO, size.as_ivec3() - 1).as_uvec3();
     let index = |at: UVec3, size: UVec3| ((at.z * size.y + at.y) * size.x + at.x) as usize;
@@ -249,14 +249,14 @@ fn half_at(voxel: UVec3, dimensions: UVec3, texels: &[u8], valid: &[bool]) -> Op
     })
 }
 
-/// Over the voxels of all frames that the true images read.
+/// Error over the voxels of all frames that the true images read.
 fn voxel_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> (Option<f64>, u64) {
     let pairs =
         found.iter().zip(truth).flat_map(|(found, truth)| found.occlusion.iter().zip(&truth.occlusion));
     rms(pairs.filter_map(|(found, truth)| Some(f64::from((*found)?) - f64::from((*truth)?))))
 }
 
-/// Over the colours of all pixels of all frames.
+/// Error over the colours of all pixels of all frames.
 fn image_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<f64> {
     let bytes = found.iter().zip(truth).flat_map(|(found, truth)| found.image.iter().zip(&truth.image));
     let colors = bytes.enumerate().filter(|(byte, _)| byte % 4 != 3);

@@ -1,4 +1,4 @@
-//! What charts are drawn on: lines, marks and text, in pixels of the finished chart.
+//! Canvas of charts: lines, marks and text, in pixels of the finished chart.
 
 use bevy::math::Vec2;
 use plotters::{
@@ -10,15 +10,15 @@ use std::f32::consts::TAU;
 
 use contextual_ao_kit::font;
 
-/// What is drawn on, and how many of its own units are a pixel.
+/// Drawing area, and the number of its own units in a pixel.
 pub struct Canvas<DB: DrawingBackend> {
     pub area: DrawingArea<DB, Shift>,
     pub scale: f32,
-    /// How much lower, of its height, text has to be for its middle to be where it is asked for.
+    /// Share of its height by which text is lowered, so that its middle is at the given place.
     pub text_drop: f32,
 }
 
-/// Where the text is of the place given.
+/// Part of a text that is at the given place.
 #[derive(Clone, Copy)]
 pub enum Align {
     Left,
@@ -26,12 +26,12 @@ pub enum Align {
     Right,
 }
 
-/// Shapes of marks.
+/// Number of shapes of marks.
 pub const SHAPES: usize = 6;
 
-/// The width of a text of a height.
+/// Width of a text of this height.
 pub fn text_width(text: &str, height: f32) -> f32 {
-    // In large type: the size is in whole units.
+    // Measured in large type, because the size is in whole units.
     let large = (font::NAME, 100.0).into_font().box_size(text);
     large.map_or(0.0, |(width, _)| width as f32 * height / 100.0)
 }
@@ -42,14 +42,14 @@ impl<DB: DrawingBackend<ErrorType: 'static>> Canvas<DB> {
         (p.x as i32, p.y as i32)
     }
 
-    /// A line through points.
+    /// Draws a line through points.
     pub fn line(&self, points: &[Vec2], color: RGBColor, width: f32) -> Result<(), String> {
         let style = color.stroke_width((width * self.scale).round().max(1.0) as u32);
         let points: Vec<_> = points.iter().map(|&p| self.at(p)).collect();
         self.area.draw(&PathElement::new(points, style)).map_err(|error| error.to_string())
     }
 
-    /// A mark of one of [`SHAPES`], with a white rim.
+    /// Draws a mark of one of [`SHAPES`], with a white rim.
     pub fn mark(&self, center: Vec2, shape: usize, radius: f32, color: RGBColor) -> Result<(), String> {
         let polygon = |radius: f32| -> Vec<(i32, i32)> {
             outline(shape).into_iter().map(|p| self.at(center + p * radius)).collect()
@@ -61,7 +61,7 @@ impl<DB: DrawingBackend<ErrorType: 'static>> Canvas<DB> {
         Ok(())
     }
 
-    /// Text whose middle is at the height of a place.
+    /// Draws text whose middle is at the height of a place.
     pub fn text(
         &self,
         text: &str,
@@ -83,7 +83,7 @@ impl<DB: DrawingBackend<ErrorType: 'static>> Canvas<DB> {
     }
 }
 
-/// A shape around the origin, all of about the same area.
+/// Outline of a shape around the origin. All shapes have about the same area.
 fn outline(shape: usize) -> Vec<Vec2> {
     let regular = |corners: u8, turn: f32, radius: f32| -> Vec<Vec2> {
         (0..corners)

@@ -1,5 +1,5 @@
-//! What methods estimate that do not estimate local ambient occlusion, evaluated as defined, on the CPU, for
-//! some voxels.
+//! Own definitions of methods that do not estimate local ambient occlusion. They are evaluated on the CPU, for some
+//! voxels.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
@@ -14,15 +14,14 @@ use contextual_ao_kit::{
     random::Random,
 };
 
-/// Voxels that are evaluated.
+/// Number of voxels that are evaluated.
 const VOXELS: usize = 3000;
-/// Directions in which each looks through the whole volume.
+/// Number of directions from each voxel through the whole volume.
 const DIRECTIONS: u32 = 192;
-/// A ray that lets through less of the light ends: half a quantum of a byte.
+/// A ray ends if it lets through less of the light: half a quantum of a byte.
 const OPAQUE: f64 = 1.0 / 512.0;
 
-/// The opacities of a clipped volume, of a voxel's thickness, its intensities, and the voxels that are
-/// evaluated.
+/// Opacities (of a voxel's thickness) and intensities of a clipped volume, and the voxels that are evaluated.
 pub struct Definitions {
     opacities: Vec<u8>,
     intensities: Vec<u16>,
@@ -32,7 +31,7 @@ pub struct Definitions {
 }
 
 impl Definitions {
-    /// Chooses voxels at random, the same in every run, from those that may be.
+    /// Chooses voxels from `from` at random, the same in every run.
     pub fn new(
         opacities: Vec<u8>,
         intensities: Vec<u16>,
@@ -48,7 +47,7 @@ impl Definitions {
         Self { opacities, intensities, geometry, voxels: from }
     }
 
-    /// The share of the voxels in the box around each that are not denser; beyond the grid nothing is dense.
+    /// Share of the voxels in the box around each voxel that are not denser. Nothing is dense beyond the grid.
     pub fn not_denser(&self, filtering: OcclusionFiltering) -> Vec<f64> {
         let radius = filtering.radii(&self.geometry).as_ivec3();
         match filtering.density {
@@ -75,8 +74,8 @@ impl Definitions {
         })
     }
 
-    /// The mean of the light that comes from all directions through the whole volume: samples are a voxel
-    /// apart, the first a voxel away.
+    /// Mean of the light that comes from all directions through the whole volume. Samples are a voxel apart, the
+    /// first a voxel away.
     pub fn whole_volume(&self) -> Vec<f64> {
         let to_voxels = self.geometry.local_from_voxel.matrix3.inverse();
         let step_mm = self.geometry.spacing_mm.min_element();
@@ -96,7 +95,7 @@ impl Definitions {
         })
     }
 
-    /// A value for each voxel, on all processors.
+    /// Evaluates a value for each voxel, on all processors.
     fn evaluate(&self, value: impl Fn(IVec3) -> f64 + Sync) -> Vec<f64> {
         let threads = thread::available_parallelism().map_or(1, NonZero::get);
         let share = self.voxels.len().div_ceil(threads).max(1);
@@ -114,13 +113,13 @@ impl Definitions {
         ((voxel.z * size.y + voxel.y) * size.x + voxel.x) as usize
     }
 
-    /// Of a voxel, 0 beyond the grid.
+    /// Opacity of a voxel, 0 beyond the grid.
     fn opacity_of(&self, voxel: IVec3) -> u8 {
         let is_in = voxel.cmpge(IVec3::ZERO).all() && voxel.cmplt(self.geometry.dimensions.as_ivec3()).all();
         if is_in { self.opacities[self.index(voxel)] } else { 0 }
     }
 
-    /// Trilinear, 0 beyond the grid.
+    /// Opacity at a point, trilinear, 0 beyond the grid.
     fn opacity(&self, p: DVec3) -> f64 {
         let (base, share) = (p.floor(), p - p.floor());
         let corners = (0..8).map(|k| {
@@ -132,7 +131,7 @@ impl Definitions {
     }
 }
 
-/// The intensities of a volume from which a ball is carved, stored values: the lowest where it is.
+/// Stored intensities of a volume from which a ball is carved. The ball has the lowest intensity.
 pub fn clipped_intensities(volume: &Volume, carver: Option<&Carver>) -> Vec<u16> {
     const PARTS: i32 = 4;
     let geometry = VolumeGeometry::of(volume);

@@ -1,17 +1,17 @@
-//! Where the labels of marks go: near them, and not over each other.
+//! Places of the labels of marks: near the marks, and not over each other.
 
 use bevy::math::{Rect, Vec2};
 
 /// Half the width of a mark, with some room.
 const MARK: f32 = 8.0;
-/// How far from its mark a label may begin.
+/// Distances from its mark at which a label may begin.
 const DISTANCES: [f32; 11] = [9.0, 14.0, 22.0, 32.0, 45.0, 60.0, 78.0, 100.0, 125.0, 155.0, 190.0];
 const ANGLES: u16 = 24;
-/// How often all labels look for a better place.
+/// Number of rounds in which all labels look for a better place.
 const ROUNDS: usize = 6;
 
-/// Finds a place for each label, given its mark and its size, off lines where that is possible. Nothing leaves
-/// the bounds.
+/// Finds a place for each label, given its mark and its size. Labels stay off lines if possible, and within the
+/// bounds.
 pub fn place(labels: &[(Vec2, Vec2)], lines: &[[Vec2; 2]], bounds: Rect) -> Vec<Rect> {
     let mut placed: Vec<Option<Rect>> = vec![None; labels.len()];
     for _ in 0..ROUNDS {
@@ -31,7 +31,7 @@ pub fn place(labels: &[(Vec2, Vec2)], lines: &[[Vec2; 2]], bounds: Rect) -> Vec<
     placed.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-/// Where the line between a mark and its label ends.
+/// End of the line between a mark and its label.
 pub fn leader_end(mark: Vec2, label: Rect) -> Vec2 {
     mark.clamp(label.min, label.max)
 }

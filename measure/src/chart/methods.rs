@@ -1,4 +1,4 @@
-//! The methods of the chart and their settings: one list.
+//! The methods of the chart and their settings, in one list.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -15,7 +15,7 @@ use contextual_ao_kit::mode::ShadingMode;
 /// A setting of a method.
 #[derive(Clone)]
 pub struct Setting {
-    /// The method, as in the legend.
+    /// Name of the method, as in the legend.
     pub family: &'static str,
     /// A short name.
     pub label: String,
@@ -25,27 +25,27 @@ pub struct Setting {
     pub own: Own,
 }
 
-/// What a method estimates itself, where that is not local ambient occlusion by very many rays.
+/// A method's own definition, if it is not local ambient occlusion by very many rays.
 #[derive(Clone, PartialEq)]
 pub enum Own {
-    /// That.
+    /// Local ambient occlusion by very many rays.
     Rays,
-    /// What all rays of the pattern find, in the same frame.
+    /// Occlusion by all rays of the pattern, in the same frame.
     AllRays,
-    /// The share of the voxels in the box around one that are not denser.
+    /// Share of the voxels in the box around a voxel that are not denser.
     NotDenser,
-    /// How much light comes from all directions through the whole volume.
+    /// Light that comes from all directions through the whole volume.
     WholeVolume,
-    /// What the same method shows with better settings.
+    /// Image of the same method with better settings.
     Better(OcclusionMethod),
 }
 
-/// The dense local ambient occlusion whose carve frame is the unit of time.
+/// Dense local ambient occlusion, whose carve frame is the unit of time.
 pub const DENSE: (&str, &str) = ("dense LAO", "LAO 54");
-/// What is drawn without occlusion.
+/// Name of drawing without occlusion.
 pub const SOLID: &str = "no occlusion";
 
-/// What of a scene the settings depend on.
+/// Properties of a scene that the settings depend on.
 pub struct SceneScale {
     /// The scene's own rays.
     pub rays: OcclusionRays,
@@ -55,7 +55,7 @@ pub struct SceneScale {
 }
 
 impl SceneScale {
-    /// How far rays look, mm.
+    /// Distance that rays look, mm.
     fn reach_mm(&self) -> f32 {
         self.rays.steps as f32 * self.step_mm()
     }
@@ -77,7 +77,7 @@ impl SceneScale {
         AmbientOcclusion::by(OcclusionRays { pattern, ..self.rays })
     }
 
-    /// All settings, the dense local ambient occlusion of 54 rays and drawing alone among them.
+    /// All settings, including the dense local ambient occlusion of 54 rays and drawing alone.
     pub fn settings(&self) -> Vec<Setting> {
         let mut settings = vec![Setting {
             mode: ShadingMode::Solid,
@@ -175,7 +175,7 @@ impl SceneScale {
     fn screen_space(&self) -> Vec<Setting> {
         let by = |(samples, blur)| {
             let settings = ScreenSpaceOcclusion {
-                // Whatever is half as opaque as the most opaque.
+                // Half the highest opacity of a voxel.
                 opacity_threshold: 0.5 * self.opacity,
                 radius_mm: Some(0.5 * self.reach_mm()),
                 bias_mm: Some(0.5 * self.step_mm()),
@@ -214,7 +214,7 @@ const PATTERNS: [RayPattern; 8] = [
     RayPattern::Fibonacci(54),
 ];
 
-/// The number of rays; F stands for a Fibonacci lattice.
+/// Number of rays; F stands for a Fibonacci lattice.
 fn short(pattern: RayPattern) -> String {
     match pattern {
         RayPattern::Fibonacci(rays) => format!("F{rays}"),
@@ -223,7 +223,7 @@ fn short(pattern: RayPattern) -> String {
 }
 
 impl Setting {
-    /// Whether a factor is kept for each voxel that can be read back: not those of views, and not those of
+    /// Whether a factor is kept for each voxel and can be read back. Factors of views do not count, nor factors of
     /// octants that drawing puts together.
     pub fn has_voxels(&self) -> bool {
         let method = &self.occlusion.method;
@@ -234,7 +234,7 @@ impl Setting {
         method.kind().is_of_voxels() && !of_octants(method) && self.mode.uses_occlusion()
     }
 
-    /// Frames after a change until nothing more is computed.
+    /// Number of frames after a change until nothing more is computed.
     pub fn frames_to_settle(&self) -> u32 {
         match self.occlusion.method {
             OcclusionMethod::Progressive(settings) => {
@@ -244,7 +244,7 @@ impl Setting {
         }
     }
 
-    /// What light the occlusion is of.
+    /// Light for which the occlusion is computed.
     pub fn light(&self) -> &'static str {
         if self.occlusion.sky == Sky::default() { "all around" } else { "from above" }
     }

@@ -1,5 +1,5 @@
-//! Speed against accuracy of every occlusion method, in three scenes: times of frames beside those of a dense
-//! local ambient occlusion, errors against very many rays. Measuring writes rows; plotting reads rows only.
+//! Speed against accuracy of every occlusion method, in three scenes. Times of frames are compared with a dense local
+//! ambient occlusion, errors with very many rays. Measuring writes rows; plotting reads rows only.
 
 mod accuracy;
 mod canvas;
@@ -45,7 +45,7 @@ pub fn plot_again(file: &Path, out: &Path) -> Result<(), String> {
     plot::plot(&rows, &device, out)
 }
 
-/// The rows of a scene, and the device that they were measured on.
+/// Rows of a scene, and the device that they were measured on.
 fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), String> {
     let begin = Instant::now();
     let opacities = scene.transfer_function.iter().flat_map(|function| &function.points);
@@ -65,7 +65,7 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     };
     eprintln!("{name}: timed, {:.0} s", begin.elapsed().as_secs_f64());
 
-    // What the rays of the truth are cast with.
+    // The truth is cast with these rays.
     stage.prepare_with(ShadingMode::Solid, AmbientOcclusion::by(scale.rays))?;
     let mut accuracy = Accuracy::new(&mut stage, intensities)?;
     let file = options.out.join(format!("{name}.png"));

@@ -32,12 +32,12 @@ pub struct Point {
     pub label: String,
     pub color: RGBColor,
     pub shape: usize,
-    /// Whether it may be on the front.
+    /// Whether the point may be on the front.
     pub is_comparable: bool,
 }
 
 impl LogAxis {
-    /// From below the lowest to above the highest of some values above 0.
+    /// Axis from below the lowest to above the highest of some values above 0.
     pub fn around(values: impl Iterator<Item = f64>) -> Self {
         let logs = values.filter(|value| value.is_finite() && *value > 0.0).map(f64::log10);
         let (from, to) =
@@ -46,16 +46,16 @@ impl LogAxis {
             return Self { from: -1.0, to: 0.0 };
         }
         let margin = 0.06 * (to - from) + 0.05;
-        // Labels of what is fast want room on either side.
+        // Labels of fast settings need room on either side.
         Self { from: from - 1.5 * margin, to: to + margin }
     }
 
-    /// From 0 to 1.
+    /// Place of a value on the axis, from 0 to 1.
     fn share(self, value: f64) -> f32 {
         ((value.max(1e-12).log10() - self.from) / (self.to - self.from)).clamp(0.0, 1.0) as f32
     }
 
-    /// Values with a line, and whether they have a number.
+    /// Values with a line, and whether each has a number.
     fn ticks(self) -> impl Iterator<Item = (f64, bool)> {
         let (first, last) = (self.from.floor() as i32, self.to.ceil() as i32);
         let numbers_more = self.to - self.from < 2.2;
@@ -100,7 +100,7 @@ pub fn draw<DB: DrawingBackend<ErrorType: 'static>>(
     let corners =
         [frame.min, Vec2::new(frame.max.x, frame.min.y), frame.max, Vec2::new(frame.min.x, frame.max.y)];
     canvas.line(&[corners[0], corners[1], corners[2], corners[3], corners[0]], FRONT, 1.0)?;
-    // What labels should not cover.
+    // Lines that labels should not cover.
     let mut lines = Vec::new();
     if let Some(solid) = solid {
         let x = place_of([solid, 1.0]).x;
@@ -131,7 +131,7 @@ pub fn draw<DB: DrawingBackend<ErrorType: 'static>>(
     Ok(())
 }
 
-/// A line along the best error that any setting has at up to each time.
+/// Line along the best error of any setting up to each time.
 fn front(frame: Rect, points: &[Point], place_of: &impl Fn([f64; 2]) -> Vec2) -> Vec<Vec2> {
     let compared: Vec<[f64; 2]> =
         points.iter().filter(|point| point.is_comparable).map(|point| point.at).collect();
@@ -158,7 +158,7 @@ fn dashes<DB: DrawingBackend<ErrorType: 'static>>(
     (0..count).step_by(2).try_for_each(|k| canvas.line(&[at(k), at(k + 1)], INK, 1.5))
 }
 
-/// Without needless digits.
+/// A number without needless digits.
 fn number(value: f64) -> String {
     if value >= 1.0 {
         format!("{value:.0}")
@@ -168,13 +168,13 @@ fn number(value: f64) -> String {
     }
 }
 
-/// Halfway to white.
+/// The colour halfway to white.
 fn blend(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     let [red, green, blue] = [red, green, blue].map(|channel| 128 + channel / 2);
     RGBColor(red, green, blue)
 }
 
-/// For text, which is thin.
+/// A darker colour for text, which is thin.
 fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     let [red, green, blue] = [red, green, blue].map(|channel| channel / 4 * 3);
     RGBColor(red, green, blue)

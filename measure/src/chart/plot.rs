@@ -1,4 +1,4 @@
-//! The charts of rows: for each scene and kind of frame a PNG and an SVG.
+//! Draws the charts of rows: a PNG and an SVG for each scene and kind of frame.
 
 use bevy::math::{Rect, UVec2, Vec2};
 use plotters::prelude::*;
@@ -16,9 +16,9 @@ use contextual_ao_kit::{
 
 /// Width and height of a chart, pixels.
 const SIZE: UVec2 = UVec2::new(1400, 1640);
-/// PNGs are drawn so much larger and made smaller again: the lines become smooth.
+/// PNGs are drawn larger by this factor and made smaller again, so that lines are smooth.
 const OVERSAMPLING: u32 = 3;
-/// Errors less than this are drawn as this.
+/// Smaller errors are drawn as this error.
 const LEAST_ERROR: f64 = 1e-4;
 
 const COLORS: [RGBColor; 11] = [
@@ -57,7 +57,7 @@ pub fn plot(rows: &[Row], device: &str, out: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Each once, in the order in which they come.
+/// Each name once, in the order of first appearance.
 fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut distinct = Vec::new();
     names.for_each(|name| {
@@ -68,7 +68,7 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     distinct
 }
 
-/// One scene and one kind of frame.
+/// Chart of one scene and one kind of frame.
 struct Chart<'a> {
     rows: &'a [&'a Row],
     device: &'a str,
@@ -148,7 +148,7 @@ impl Chart<'_> {
         points.collect()
     }
 
-    /// Returns where it ends.
+    /// Draws the legend, and returns where it ends.
     fn draw_legend<DB: DrawingBackend<ErrorType: 'static>>(
         &self,
         canvas: &Canvas<DB>,

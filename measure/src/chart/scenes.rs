@@ -1,4 +1,4 @@
-//! The scenes of the chart, one carver each: an opaque surface, a translucent volume, and thin layers.
+//! Scenes of the chart, with one carver each: an opaque surface, a translucent volume, and thin layers.
 
 use bevy::{
     math::{DAffine3, DVec3},
@@ -18,16 +18,16 @@ use crate::{
 };
 use contextual_ao_kit::scene::SceneParts;
 
-/// Voxels from the phantom's neck to its vertex, not halved.
+/// Number of voxels from the phantom's neck to its vertex, before halving.
 const PHANTOM_VOXELS_HIGH: u32 = 192;
-/// Where the phantom's carver and the camera are, of the grid's extent to the right, front and top.
+/// Places of the phantom's carver and of the camera, as shares of the grid's extent to the right, front and top.
 const PHANTOM_CARVER: DVec3 = DVec3::new(0.68, 0.72, 0.8);
 const PHANTOM_CAMERA: DVec3 = DVec3::new(1.25, 1.85, 1.25);
 /// Below this intensity (Hounsfield units) skin, fat and muscle of the phantom are left out.
 const PHANTOM_FROM: f32 = -28.0;
 
-/// How often volumes and images are halved: both alike, so that methods which work for voxels and those which
-/// work for pixels are to each other as at full size.
+/// Number of times that volumes and images are halved. Both are halved alike, so methods of voxels and methods of
+/// pixels compare as at full size.
 pub fn halvings(options: &Options) -> u32 {
     options.halvings.unwrap_or(if options.quick { 2 } else { 1 }).min(5)
 }
@@ -37,7 +37,7 @@ pub fn image_size(options: &Options) -> UVec2 {
     (options.scene.size >> halvings(options)).max(UVec2::ONE)
 }
 
-/// The scenes that there are files for.
+/// Loads the scenes whose files are there, and the phantom.
 pub fn load(options: &Options) -> Result<Vec<SceneParts>, String> {
     let halvings = halvings(options);
     let mut scenes = Vec::new();
@@ -48,7 +48,7 @@ pub fn load(options: &Options) -> Result<Vec<SceneParts>, String> {
     Ok(scenes)
 }
 
-/// The generated head without skin, fat and muscle, its skull opened above the right eye.
+/// The generated head without skin, fat and muscle. Its skull is opened above the right eye.
 fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
     let HeadPhantom { dimensions, spacing_mm, values } = head_phantom(voxels_high);
     let function = include_str!("../../../assets/head_phantom.tf.ron");
@@ -56,7 +56,7 @@ fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
     for point in function.points.iter_mut().filter(|point| point.value <= PHANTOM_FROM) {
         point.opacity = 0.0;
     }
-    // Opacity is that of a voxel.
+    // The unit of opacity is one voxel.
     function.opacity_unit_distance_mm = spacing_mm;
     // Stored values are not negative.
     let lowest = values.iter().copied().min().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! How long each setting takes: all in turn, round by round, because a machine's speed varies.
+//! Times each setting. Settings take turns, round by round, because a machine's speed varies.
 
 use bevy_contextual_ao::diagnostics::TimePassesByClock;
 use bevy_contextual_ao::occlusion::Optimizations;
@@ -8,21 +8,21 @@ use std::time::Instant;
 use super::methods::{DENSE, SOLID, Setting};
 use crate::{figures::median, stage::Stage};
 
-/// Slow settings are timed as often as fits into this; all at least once.
+/// Time for a setting. Slow settings are timed as often as fits into it, all at least once.
 const SECONDS_PER_SETTING: f64 = 3.0;
-/// Rounds in which the unit of time is measured whatever it takes.
+/// Number of rounds in which the unit of time is measured, however long they take.
 const DENSE_ROUNDS: usize = 3;
-/// By how much the transfer function's first point is shifted, the file's units.
+/// Shift of the transfer function's first point, in the file's units.
 const EDIT: f32 = 0.01;
 
-/// Medians of all kinds of frames, milliseconds, and how many each is of.
+/// Median milliseconds of all kinds of frames, and the number of frames behind each median.
 #[derive(Clone, Copy)]
 pub struct Timed {
     pub ms: [f64; 3],
     pub frames: u32,
 }
 
-/// Times all settings in up to so many rounds.
+/// Times all settings in up to `rounds` rounds.
 pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<Timed>, String> {
     // Waiting for each pass slows frames down.
     stage.headless.app.insert_resource(TimePassesByClock(false));
@@ -53,10 +53,10 @@ fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
     stage.carve(0);
     stage.prepare_with(setting.mode, setting.occlusion.clone())?;
     stage.headless.frames(setting.frames_to_settle());
-    // What does without optimizations casts all in its first frame, and in every one that gets things ready.
+    // A setting without optimizations casts all voxels in its first frame, and in every frame that prepares it.
     stage.set_optimizations(setting.optimizations);
     if setting.mode.recomputes_all() {
-        // In every frame, whatever changed.
+        // Every frame recomputes everything, whatever changed.
         stage.carve(2);
         return Ok([stage.frame_ms(); 3]);
     }
@@ -74,12 +74,12 @@ fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
 }
 
 impl Setting {
-    /// Whether its carve frame is the unit of time.
+    /// Whether the setting's carve frame is the unit of time.
     pub fn is_dense_unit(&self) -> bool {
         (self.family, self.label.as_str()) == DENSE
     }
 
-    /// Whether nothing is computed but clipping.
+    /// Whether nothing but clipping is computed.
     pub fn is_solid(&self) -> bool {
         self.family == SOLID
     }

@@ -20,7 +20,7 @@ pub struct Reference {
     settings: DirectOcclusion,
 }
 
-/// A number for every pixel of a window; 1 around it.
+/// Light of every pixel of a window; 1 outside of it.
 struct Light {
     size: UVec2,
     values: Vec<f64>,
@@ -36,7 +36,7 @@ impl Light {
         if is_inside { self.values[(y * i64::from(self.size.x) + x) as usize] } else { 1.0 }
     }
 
-    /// Bilinear; values are at the pixels' centres.
+    /// Interpolates bilinearly. Values are at the pixels' centres.
     fn sample(&self, place: DVec2) -> f64 {
         let place = place - 0.5;
         let base = place.floor();
@@ -80,7 +80,7 @@ impl Reference {
         let view_from_local = pose.to_matrix().as_dmat4().inverse() * DMat4::from_scale(DVec3::splat(scale));
         let local_from_view = view_from_local.inverse();
 
-        // Slices, one of them through the middle.
+        // One of the slices passes through the middle.
         let corners = self.geometry.corners().map(|corner| view_from_local.transform_point3(corner));
         let near = view_from_clip.project_point3(DVec3::Z);
         let nearest = corners.iter().map(|corner| -corner.z).fold(f64::MAX, f64::min).max(-near.z);
@@ -91,7 +91,8 @@ impl Reference {
         let numbers =
             ((nearest - middle) / spacing).ceil() as i64..=((farthest - middle) / spacing).floor() as i64;
 
-        // The pixels of the box, and one more on every side; all, if it is cut by the near plane.
+        // The window holds the box's pixels and one more on every side. It holds all pixels if the near plane cuts
+        // the box.
         let pixels = corners.map(|corner| {
             let clip: DVec4 = clip_from_view * corner.extend(1.0);
             let is_behind = clip.w <= 0.0 || clip.z > clip.w;

@@ -1,20 +1,20 @@
-//! An allocator that knows the most memory that a piece of work holds at once.
+//! An allocator that measures the most memory that a piece of work holds at once.
 
 #![allow(unsafe_code, reason = "an allocator cannot be written without")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// The system's allocator, with its bytes counted per thread: other threads do not disturb.
+/// The system's allocator, which counts bytes per thread, so that other threads do not disturb.
 struct Counting;
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
 thread_local! {
-    /// Bytes that this thread took and did not give back; negative where it frees another's.
+    /// Bytes that this thread took and did not give back; negative where it frees another thread's bytes.
     static HELD: Cell<isize> = const { Cell::new(0) };
-    /// The most that was held since it was last reset.
+    /// Most bytes held since the last reset.
     static PEAK: Cell<isize> = const { Cell::new(0) };
 }
 
@@ -48,7 +48,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What `work` returns, and the most bytes that it held at once.
+/// Runs `work`. Returns its result, and the most bytes that it held at once.
 pub(crate) fn with_peak<T>(work: impl FnOnce() -> T) -> (T, u64) {
     let before = HELD.get();
     PEAK.set(before);

@@ -7,7 +7,7 @@ pub(crate) fn points(random: &mut Random) -> Vec<[f32; 5]> {
     let count = 1 + random.below(6);
     let mut value = random.pick(&[-1024.0, 0.0, 0.125]);
     let mut point = || {
-        // Some share a value: steps.
+        // Points that share a value form a step.
         value += random.pick(&[0.0, 1.0, 1000.5]);
         [value, random.share(), random.share(), random.share(), random.share()]
     };
@@ -30,7 +30,7 @@ pub(crate) fn slicer_vp(random: &mut Random, points: &[[f32; 5]]) -> String {
     let color = |[value, red, green, blue, _]: &[f32; 5]| format!(" {value} {red} {green} {blue}");
     let colors: String = points.iter().map(color).collect();
     let (opacity_count, color_count) = (2 * points.len(), 4 * points.len());
-    // What follows an arrow is an explanation.
+    // Text after an arrow is an explanation.
     let mut line =
         |text: String, what| if random.flip() { format!("{text} => {what}\n") } else { text + "\n" };
     [
@@ -44,7 +44,7 @@ pub(crate) fn slicer_vp(random: &mut Random, points: &[[f32; 5]]) -> String {
 
 /// The points as 3D Slicer's volume property in JSON. Points that share a value keep their order.
 pub(crate) fn slicer_json(random: &mut Random, points: &[[f32; 5]]) -> String {
-    // A line to the next point, which can be left out.
+    // Members for a straight line to the next point, which can be left out.
     let straight = |random: &mut Random| {
         random.pick(&["", ", \"midpoint\": 0.5, \"sharpness\": 0.0", ", \"sharpness\": 0"])
     };

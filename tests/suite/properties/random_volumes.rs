@@ -43,19 +43,19 @@ const SCALARS: [Scalar; 10] = [
     scalar!(f64, true, 64, "Double", "MET_DOUBLE"),
 ];
 
-/// What a volume file says.
+/// Contents of a volume file.
 #[derive(Clone)]
 pub(crate) struct Grid {
     pub(crate) sizes: [u16; 3],
     pub(crate) spacing: [f32; 3],
     pub(crate) values: Vec<f64>,
-    /// Slope and intercept; NRRD knows none.
+    /// Slope and intercept; NRRD has neither.
     pub(crate) rescale: [f32; 2],
     scalar: Scalar,
 }
 
 impl Grid {
-    /// A small one that every format can hold.
+    /// A small random grid that every format can hold.
     pub(crate) fn random(random: &mut Random) -> Self {
         let sizes = [(); 3].map(|()| 1 + random.below(5) as u16);
         let count: u16 = sizes.iter().product();
@@ -66,7 +66,7 @@ impl Grid {
         let first = (low + (high - low - width) * f64::from(random.share())).round();
         let value = |random: &mut Random| {
             let value = first + width * f64::from(random.share());
-            // As the type holds it.
+            // The value is rounded as the type holds it.
             if scalar.fraction { f64::from(value as f32) } else { value.round() }
         };
         Self {
@@ -90,7 +90,7 @@ impl Grid {
     }
 }
 
-/// The files of one volume by name: the header's first, then that of the data, where they are apart.
+/// Files of one volume by name: the header first, then the data if it is apart.
 pub(crate) type Files = Vec<(&'static str, Vec<u8>)>;
 
 /// Writes a grid in one of many ways.
@@ -100,7 +100,7 @@ type Writer = fn(&mut Random, &Grid) -> Files;
 pub(crate) const FORMATS: [(&str, Writer); 3] =
     [("nifti", nifti), ("nrrd", nrrd), ("meta_image", meta_image)];
 
-/// Units of length, as NIfTI numbers and the others name them, and how many make a millimetre.
+/// Units of length: NIfTI's number, the other formats' name, and how many make a millimetre.
 const UNITS: [(u8, &str, f32); 4] = [(0, "", 1.0), (1, "m", 0.001), (2, "mm", 1.0), (3, "um", 1000.0)];
 
 fn nifti(random: &mut Random, grid: &Grid) -> Files {
@@ -130,7 +130,7 @@ fn nifti(random: &mut Random, grid: &Grid) -> Files {
     vec![("a.hdr", header), ("a.img", perhaps_gzip(data))]
 }
 
-/// Where fields are, and their little-endian bytes.
+/// Places of fields, and their little-endian bytes.
 type Fields = Vec<(usize, Vec<u8>)>;
 
 fn nifti_1(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
@@ -143,7 +143,7 @@ fn nifti_1(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
         (112, grid.rescale[0].to_le_bytes().into()),
         (116, grid.rescale[1].to_le_bytes().into()),
         (123, vec![unit]),
-        // Half a turn around x, for those that have a qform.
+        // The qform, if there is one, is half a turn around x.
         (252, random.pick(&[0i16, 1]).to_le_bytes().into()),
         (256, 1f32.to_le_bytes().into()),
     ];
@@ -155,7 +155,7 @@ fn nifti_1(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
     fields
 }
 
-/// The same in the second version's places and widths.
+/// The fields of `nifti_1`, in the second version's places and widths.
 fn nifti_2(random: &mut Random, grid: &Grid, offset: usize) -> Fields {
     let (unit, _, per_mm) = random.pick(&UNITS);
     let mut fields: Fields = vec![
@@ -254,7 +254,7 @@ fn text(random: &mut Random, grid: &Grid) -> Vec<u8> {
     numbers.collect::<String>().into_bytes()
 }
 
-/// The voxels after bytes to skip; and before others, unless -1 says that the voxels come last.
+/// The voxels between bytes to skip and other bytes. If the skip is -1, the voxels come last.
 fn between_junk(random: &mut Random, voxels: Vec<u8>, byte_skip: i32) -> Vec<u8> {
     let before = usize::try_from(byte_skip).unwrap_or(random.below(9));
     let after = if byte_skip < 0 { 0 } else { random.below(9) };
@@ -270,7 +270,7 @@ fn one_or_two_files(attached: bool, names: [&'static str; 2], header: String, da
     }
 }
 
-/// Compressed in two members, as some programs do, and padded.
+/// Compresses in two members, as some programs do, and pads.
 fn gzip(bytes: &[u8]) -> Vec<u8> {
     let (first, second) = bytes.split_at(bytes.len() / 2);
     let member = |bytes: &[u8]| {

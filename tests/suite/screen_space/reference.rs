@@ -1,4 +1,4 @@
-//! Screen-space occlusion's kernel, evaluated on what rays hit of boxes.
+//! The kernel of screen-space occlusion, evaluated on boxes that rays hit.
 
 use bevy::{
     math::{DVec2, DVec3},
@@ -11,7 +11,7 @@ use crate::scene::IMAGE;
 /// A box by its lowest and highest corner, mm from the volume's centre.
 pub type Block = [DVec3; 2];
 
-/// From where the step is seen, mm.
+/// Place from which the step is seen, mm.
 pub const EYE: DVec3 = DVec3::new(10.0, 6.0, 34.0);
 
 /// A camera at a place, which looks at the volume's centre.
@@ -19,7 +19,7 @@ pub fn looking_from(eye_mm: DVec3) -> Transform {
     Transform::from_translation(eye_mm.as_vec3() * WORLD_UNITS_PER_MM).looking_at(Vec3::ZERO, Vec3::Y)
 }
 
-/// How a view is projected.
+/// Projection of a view.
 #[derive(Clone, Copy)]
 pub enum Lens {
     /// Half the height of the image one unit in front of the camera.
@@ -28,21 +28,21 @@ pub enum Lens {
     Orthographic(f64),
 }
 
-/// As `PerspectiveProjection` is by default.
+/// The default of `PerspectiveProjection`.
 impl Default for Lens {
     fn default() -> Self {
         Self::Perspective((core::f64::consts::FRAC_PI_4 * 0.5).tan())
     }
 }
 
-/// The evaluation of what `EYE` sees.
+/// Evaluation of the view from `EYE`.
 pub struct Reference<'a> {
     pub blocks: &'a [Block],
     pub lens: Lens,
     pub settings: ScreenSpaceOcclusion,
 }
 
-/// What a pixel shows, view space (mm).
+/// Surface point that a pixel shows, in view space (mm).
 #[derive(Clone, Copy)]
 pub struct Hit {
     point: DVec3,
@@ -50,7 +50,7 @@ pub struct Hit {
 }
 
 impl Reference<'_> {
-    /// Where a ray enters the first block, and the normal there.
+    /// Ray parameter at which a ray enters the first block, and the normal there.
     fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
         let hits = self.blocks.iter().filter_map(|[low, high]| {
             let (a, b) = ((*low - origin) / direction, (*high - origin) / direction);
@@ -62,8 +62,8 @@ impl Reference<'_> {
         hits.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// What the pixels show, and for each whether it lies on a face, away from its edges and creases: there
-    /// a volume of voxels is round.
+    /// Points that the pixels show, and whether each lies on a face, away from edges and creases. A volume of voxels
+    /// is round at edges and creases.
     pub fn hits(&self) -> Vec<Option<(Hit, bool)>> {
         let turn = looking_from(EYE).rotation.as_dquat();
         let pixels = (0..IMAGE.y).flat_map(|y| (0..IMAGE.x).map(move |x| UVec2::new(x, y)));
@@ -86,11 +86,11 @@ impl Reference<'_> {
         pixels.map(hit).collect()
     }
 
-    /// The factor of a pixel.
+    /// Occlusion factor of a pixel.
     fn factor(&self, hits: &[Option<(Hit, bool)>], kernel: &[Vec3], pixel: UVec2) -> Option<f64> {
         let at = |pixel: UVec2| hits[(pixel.y * IMAGE.x + pixel.x) as usize].map(|(hit, _)| hit);
         let Hit { point: center, normal } = at(pixel)?;
-        // The 16 angles, as Bayer's matrix has them.
+        // Ranks of the 16 angles, in the order of Bayer's matrix.
         const RANKS: [[u32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
         let rank = RANKS[(pixel.y % 4) as usize][(pixel.x % 4) as usize];
         let (sin, cos) = (f64::from(rank) / 16.0 * core::f64::consts::TAU).sin_cos();
@@ -117,8 +117,8 @@ impl Reference<'_> {
         Some(1.0 - hidden.sum::<f64>() / kernel.len() as f64)
     }
 
-    /// Compares an image's linear red with the evaluation. Returns how many pixels were, and how many of them the step
-    /// darkens.
+    /// Compares an image's linear red with the evaluation. Returns the number of compared pixels, and of those that
+    /// the step darkens.
     pub fn compare(&self, image: &[f64]) -> (usize, usize) {
         let (hits, kernel) = (self.hits(), self.settings.kernel());
         let (mut compared, mut darkened, mut sum, mut far) = (0, 0, 0.0, 0);
@@ -133,9 +133,9 @@ impl Reference<'_> {
         }
         let mean = sum / compared as f64;
         println!("{compared} pixels, {darkened} dark: mean difference {mean:.5}, {far} far off");
-        // The surface lies within a tenth of a voxel of the blocks' faces and is round at their edges: of 64
-        // points one or two that lie about as deep as what is seen there may be on the other side. Bytes
-        // round by 0.002 (sRGB, of white).
+        // The surface lies within a tenth of a voxel of the blocks' faces, and is round at their edges. Of 64 points,
+        // one or two may be on the other side of the seen surface. These points lie about as deep as the surface.
+        // Bytes round by 0.002 (sRGB, of white).
         assert!(mean <= 0.006, "mean difference {mean}");
         assert!(far <= compared / 50, "{far} of {compared} are off by more than 3 points of 64");
         (compared, darkened)

@@ -1,5 +1,5 @@
-//! An occlusion method from outside of the crate, as `docs/adding_a_method.md` shows it: this folder, its settings,
-//! and a line that adds its plugin.
+//! An occlusion method from outside of the crate, as `docs/adding_a_method.md` shows it. It takes this folder, its
+//! settings, and a line that adds its plugin.
 
 mod settings;
 
@@ -22,10 +22,10 @@ use bevy_contextual_ao::{
 
 pub use settings::Openness;
 
-/// The pass.
+/// The pass of openness.
 pub struct OpennessMethod(ComputePass);
 
-/// What is kept for a volume.
+/// Resources kept for a volume.
 #[derive(Default)]
 pub struct Kept {
     distance: UniformBuffer<i32>,
@@ -40,7 +40,7 @@ pub struct Job {
 
 impl MethodResources for Kept {
     fn usage(&self) -> GpuUsage {
-        // Counted are buffers that grow with the volume.
+        // Only buffers that grow with the volume are counted.
         default()
     }
 }

@@ -1,4 +1,4 @@
-// How open voxels are: the mean transparency of the six neighbours at a distance. Outside of the grid all is
+// Openness of voxels: the mean transparency of the six neighbours at a distance. Everything outside of the grid is
 // transparent.
 
 #import bevy_contextual_ao::volume_bindings::volume

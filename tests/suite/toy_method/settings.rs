@@ -2,7 +2,7 @@
 
 use bevy_contextual_ao::occlusion::MethodSettings;
 
-/// A point is as open as its six neighbours at a distance are transparent, on average.
+/// Settings of openness, the mean transparency of a point's six neighbours at a distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Openness {
     /// Distance of the neighbours, voxels. Larger ones see larger hollows.
@@ -10,7 +10,7 @@ pub struct Openness {
 }
 
 impl Openness {
-    /// The passes over all volumes, in the diagnostics.
+    /// Span of the passes over all volumes, in the diagnostics.
     pub const SPAN: &str = "toy/openness";
 }
 

@@ -1,4 +1,4 @@
-//! A floor with something on it, white and opaque: in an image of it a pixel's value is the occlusion factor.
+//! A white, opaque floor with solids on it. A pixel's value in an image of the floor is the occlusion factor.
 
 use crate::mode::ShadingMode;
 use bevy::{
@@ -20,16 +20,16 @@ use super::super::super::{
 const SIZE: UVec3 = UVec3::new(48, 48, 32);
 /// Height of the floor, mm from the volume's centre.
 pub const FLOOR: f64 = -6.0;
-/// Over what distance intensity falls from the highest to the lowest at surfaces, mm.
+/// Distance over which intensity falls from the highest to the lowest at surfaces, mm.
 const EDGE_MM: f64 = 3.0;
-/// Radius of the floor, a disk, so that it is the same in a grid that is turned.
+/// Radius of the floor. The floor is a disk, so it is the same in a turned grid.
 const RADIUS: f64 = 21.0;
-/// What a view from above shows of the world, mm.
+/// Width of the world in a view from above, mm.
 const WIDTH_MM: f64 = 44.0;
 /// Distance of the camera, mm.
 const DISTANCE_MM: f32 = 120.0;
 
-/// Signed distance, mm, from what stands on the floor; x and y along it, z upwards.
+/// Signed distance from the solids on the floor, mm. x and y lie along the floor, z points upwards.
 pub type Solid<'a> = &'a dyn Fn(DVec3) -> f64;
 
 /// Distance from a box.
@@ -43,12 +43,12 @@ pub fn post(p: DVec3, radius: f64, top: f64) -> f64 {
     (p.truncate().length() - radius).max(p.z - top)
 }
 
-/// Nothing.
+/// No solid on the floor.
 pub fn nothing(_: DVec3) -> f64 {
     f64::MAX
 }
 
-/// The scene.
+/// Scene with a floor.
 pub struct Floor {
     pub scene: TestScene,
     occlusion: AmbientOcclusion,
@@ -61,7 +61,7 @@ impl Floor {
         let value = |index| {
             let p = turn * (voxel_at(index, SIZE).as_dvec3() - 0.5 * (SIZE.as_dvec3() - 1.0));
             let floor = (p.truncate().length() - RADIUS).max(p.z - FLOOR);
-            // As scanners blur them.
+            // Blurs surfaces as scanners do.
             (255.0 * (0.5 - floor.min(solid(p)) / EDGE_MM).clamp(0.0, 1.0)).round() as u8
         };
         let values = (0..SIZE.element_product()).map(value).collect();
@@ -83,7 +83,7 @@ impl Floor {
         floor
     }
 
-    /// A box that carves; half its size and its centre, mm.
+    /// Spawns a carver that is a box. `center` and `half`, half its size, are in mm.
     pub fn carve(&mut self, center: DVec3, half: DVec3) -> Entity {
         let size = 2.0 * local(half).abs();
         let pose = Transform::from_translation(local(center));
@@ -93,12 +93,12 @@ impl Floor {
         carver
     }
 
-    /// Moves it.
+    /// Moves a carver; `center` is in mm.
     pub fn move_carver(&mut self, carver: Entity, center: DVec3) {
         self.scene.move_carver(carver, Transform::from_translation(local(center)));
     }
 
-    /// Runs frames until methods that take several have arrived.
+    /// Runs frames until methods that take several frames have converged.
     pub fn settle(&mut self) {
         let frames = match self.occlusion.method {
             OcclusionMethod::Progressive(settings) => {
@@ -109,7 +109,7 @@ impl Floor {
         self.scene.headless.frames(frames);
     }
 
-    /// Changes how occlusion is computed.
+    /// Changes the settings of occlusion.
     pub fn set_occlusion(&mut self, occlusion: AmbientOcclusion) {
         self.occlusion = occlusion.clone();
         let volume = self.scene.volume;
@@ -137,7 +137,7 @@ impl Floor {
         self.look_at(DVec3::ZERO, 0.0, Projection::Orthographic(projection));
     }
 
-    /// Looks down in perspective, tilted so many degrees to a side.
+    /// Looks down in perspective, tilted by `degrees` to a side.
     pub fn look_tilted(&mut self, degrees: f64) {
         let fov = 2.0 * (0.5 * WIDTH_MM as f32 / DISTANCE_MM).atan();
         let projection = PerspectiveProjection { near: 1e-4, fov, ..default() };
@@ -154,7 +154,7 @@ impl Floor {
         self.scene.world().entity_mut(camera).insert((place, projection));
     }
 
-    /// The factors that the last frame shows, from above or wherever the camera is.
+    /// Factors that the last frame shows, from the camera's current place.
     pub fn shown(&mut self) -> Shown {
         let camera = self.scene.camera();
         let world = self.scene.headless.app.world();
@@ -175,19 +175,19 @@ impl Floor {
         }
     }
 
-    /// Runs a frame and takes it.
+    /// Runs a frame and returns its factors.
     pub fn frame(&mut self) -> Shown {
         self.scene.headless.frame();
         self.shown()
     }
 }
 
-/// Patient space, as volumes are made in, to volume space.
+/// Converts patient space, in which volumes are made, to volume space.
 fn local(p: DVec3) -> Vec3 {
     p.as_vec3().xzy() * Vec3::new(-1.0, 1.0, 1.0)
 }
 
-/// An image of factors.
+/// An image of occlusion factors.
 #[derive(Clone)]
 pub struct Shown {
     values: Vec<f32>,
@@ -195,7 +195,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The factor shown at a point, mm, which the camera sees: interpolated between pixels.
+    /// Factor shown at a point (mm) that the camera sees, interpolated between pixels.
     pub fn at(&self, p: DVec3) -> f64 {
         let ndc = self.clip_from_world.project_point3(local(p) * WORLD_UNITS_PER_MM);
         let place = (ndc.xy() * Vec2::new(0.5, -0.5) + 0.5) * IMAGE.as_vec2() - 0.5;
@@ -208,13 +208,13 @@ impl Shown {
         row(0) * (1.0 - part.y) + row(1) * part.y
     }
 
-    /// The factors at points.
+    /// Factors shown at points.
     pub fn at_all(&self, points: &[DVec3]) -> Vec<f64> {
         points.iter().map(|p| self.at(*p)).collect()
     }
 }
 
-/// Points of the floor, 1 mm apart, in a ring around its middle.
+/// Points of the floor in a ring around its middle, 1 mm apart.
 pub fn floor_points(inner: f64, outer: f64) -> Vec<DVec3> {
     let places = (-20..=20).flat_map(|y| (-20..=20).map(move |x| DVec2::new(f64::from(x), f64::from(y))));
     let in_ring = places.filter(|p| (inner..outer).contains(&p.length()));

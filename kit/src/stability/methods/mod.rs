@@ -15,19 +15,19 @@ use bevy_contextual_ao::{
 
 use super::Figure;
 
-/// A method with settings that reach about as far as the others'.
+/// A method with settings for about the same reach as the other methods.
 #[derive(Clone)]
 pub struct Column {
-    /// The name in tables.
+    /// Name in tables.
     pub name: &'static str,
-    /// Its settings.
+    /// Settings of the method.
     pub occlusion: AmbientOcclusion,
 }
 
-/// How far methods look that have such a setting, mm.
+/// Reach of methods whose reach can be set, mm.
 const REACH_MM: f32 = 10.0;
 
-/// The columns of the table.
+/// Columns of the table.
 pub fn columns() -> Vec<Column> {
     let rays = OcclusionRays { steps: 9, step_mm: Some(1.0), ..default() };
     let of = |name, method| Column { name, occlusion: AmbientOcclusion::by(method) };
@@ -59,7 +59,7 @@ pub fn columns() -> Vec<Column> {
     ]
 }
 
-/// All figures of one column. Methods that keep a factor for every voxel by rays have bounds.
+/// Reports all figures of one column. Only [`OcclusionMethod::Rays`] has bounds.
 pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
     let mut add = |case: &str, figure, unit, bound, value| {
         report(Figure { case: case.into(), method: column.name.into(), figure, unit, bound, value });
@@ -74,7 +74,7 @@ pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
     add("a block is carved away", "ghost in the frame of the carve", OF_RANGE, if_exact(1e-9), ghost.at_once);
     add("a block is carved away", "ghost that stays", OF_RANGE, if_exact(1e-9), ghost.stays);
     add("a block is carved away", "lag", "frames", if_exact(0.0), ghost.lag as f64);
-    // Two images of one surface differ by where its samples lie, also if their factors are the same.
+    // Two images of one surface differ by the places of their samples, even if their factors are the same.
     add("two eyes, 6 degrees apart", "RMS difference", OF_RANGE, if_exact(0.005), places::eyes(occlusion));
     let edges = places::edges(occlusion);
     add("around a round post", "unevenness", OF_RANGE, None, places::unevenness(occlusion));
@@ -94,7 +94,7 @@ pub fn column(column: &Column, report: &mut impl FnMut(Figure)) {
     add("camera turns by 0.25 degrees a frame", "flicker", OF_RANGE, None, turning);
 }
 
-/// All figures of all columns.
+/// Reports all figures of all columns.
 pub fn table(report: &mut impl FnMut(Figure)) {
     for one in columns() {
         column(&one, report);

@@ -1,46 +1,46 @@
-//! What a method makes of changes: ghosts and lag after a carve, popping, flicker.
+//! Figures of a method under changes: ghosts and lag after a carve, popping, flicker.
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
 use super::floor::{Floor, Shown, cuboid, floor_points, nothing, rms};
 
-/// A block that floats over the floor.
+/// Centre of a block that floats over the floor.
 const BLOCK: DVec3 = DVec3::new(0.0, 0.0, 2.0);
 
 fn block(p: DVec3) -> f64 {
     cuboid(p, BLOCK, DVec3::new(7.0, 7.0, 4.5))
 }
 
-/// Points of the floor that the block does not hide from above, in its shadow.
+/// Points of the floor in the block's shadow that the block does not hide from above.
 fn beside() -> Vec<DVec3> {
     floor_points(8.0, 16.0).into_iter().filter(|p| p.x.abs().max(p.y.abs()) > 8.4).collect()
 }
 
-/// A carver that contains it and does not touch the floor; half its size.
+/// Half the size of a carver that contains the block and does not touch the floor.
 const AROUND: DVec3 = DVec3::new(9.2, 9.2, 6.1);
 
-/// What stays of a block that is carved away.
+/// Traces of a block that is carved away.
 pub struct Ghost {
     /// RMS darkening of the floor by the block.
     pub shadow: f64,
     /// RMS difference from a floor that never had a block, in the frame of the carve.
     pub at_once: f64,
-    /// The same when nothing changes any more.
+    /// The same difference when nothing changes any more.
     pub stays: f64,
-    /// Frames from the first that shows the carve to the first that looks as it stays.
+    /// Frames from the first that shows the carve to the first that looks like the last.
     pub lag: u32,
 }
 
-/// Frames after which a method has arrived.
+/// Frames after which a method has converged.
 const LONGEST_LAG: usize = 60;
 
-/// Carves a block away.
+/// Carves a block away and measures its traces.
 pub fn ghost(occlusion: &AmbientOcclusion) -> Ghost {
     let points = floor_points(0.0, 15.0);
     let beside = beside();
     let mut bare = Floor::new(occlusion, &nothing, 0.0);
-    // The carver is there as well: it leaves what it contains as it is.
+    // The bare floor has the same carver, which changes nothing there.
     bare.carve(BLOCK, AROUND);
     let bare = bare.shown();
     let mut floor = Floor::new(occlusion, &block, 0.0);
@@ -50,7 +50,7 @@ pub fn ghost(occlusion: &AmbientOcclusion) -> Ghost {
     let after: Vec<Shown> = (0..LONGEST_LAG).map(|_| floor.frame()).collect();
     let last = after[LONGEST_LAG - 1].at_all(&points);
     let truth = bare.at_all(&points);
-    // Half a byte, of a factor in the middle of its range, is not seen.
+    // Half a byte, of a factor in the middle of its range, is not visible.
     let is_there = |shown: &Shown| rms(&shown.at_all(&points), &last) < 0.002;
     Ghost {
         shadow: rms(&before.at_all(&beside), &bare.at_all(&beside)),
@@ -60,8 +60,8 @@ pub fn ghost(occlusion: &AmbientOcclusion) -> Ghost {
     }
 }
 
-/// The largest step of the floor's shading, over the mean step, while what a method reaches grows steadily from
-/// 4 to 12 mm; `None` for methods without such a setting.
+/// Largest step of the floor's shading over the mean step, while the reach grows steadily from 4 to 12 mm. `None` for
+/// methods without such a setting.
 pub fn pops(occlusion: &AmbientOcclusion) -> Option<f64> {
     const STEPS: u32 = 32;
     let points = beside();
@@ -79,7 +79,7 @@ pub fn pops(occlusion: &AmbientOcclusion) -> Option<f64> {
     Some(largest * steps.len() as f64 / steps.iter().sum::<f64>())
 }
 
-/// A method that looks so far.
+/// The method with this reach; `None` if it has no such setting.
 fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclusion> {
     let mut changed = occlusion.clone();
     match &mut changed.method {
@@ -94,8 +94,7 @@ fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclus
     Some(changed)
 }
 
-/// How much the shading of the floor around a block flickers while a carver eats into the block, 1/16 voxel a
-/// frame.
+/// Flicker of the floor's shading around a block while a carver cuts into the block by 1/16 voxel a frame.
 pub fn carver_flicker(occlusion: &AmbientOcclusion) -> f64 {
     let points = beside();
     let mut floor = Floor::new(occlusion, &block, 0.0);
@@ -107,9 +106,9 @@ pub fn carver_flicker(occlusion: &AmbientOcclusion) -> f64 {
     }))
 }
 
-/// The same while the camera turns by a quarter of a degree a frame.
+/// Flicker of the floor's shading while the camera turns by a quarter of a degree a frame.
 pub fn camera_flicker(occlusion: &AmbientOcclusion) -> f64 {
-    // Wherever the camera is.
+    // These points are visible wherever the camera is.
     let points = floor_points(13.0, 17.0);
     let mut floor = Floor::new(occlusion, &block, 0.0);
     floor.look_tilted(-4.0);
@@ -120,7 +119,7 @@ pub fn camera_flicker(occlusion: &AmbientOcclusion) -> f64 {
     }))
 }
 
-/// RMS of what changes are not steady: second differences from frame to frame.
+/// RMS of unsteady changes: second differences from frame to frame.
 fn flicker(frames: impl Iterator<Item = Vec<f64>>) -> f64 {
     let frames: Vec<_> = frames.collect();
     let squares = frames.windows(3).flat_map(|three| {

@@ -1,4 +1,4 @@
-//! What a method makes of simple shapes: differences between views and grids, uneven shadows, bright edges,
+//! Figures of a method on simple shapes. They show differences between views and grids, uneven shadows, bright edges,
 //! thin walls, densities of several modes.
 
 use crate::mode::ShadingMode;
@@ -13,13 +13,13 @@ use super::super::super::{
 };
 use super::floor::{FLOOR, Floor, cuboid, floor_points, nothing, post, rms};
 
-/// RMS difference of what two eyes see of the same points of a floor, under a block.
+/// RMS difference between two eyes at the same points of a floor, under a block.
 pub fn eyes(occlusion: &AmbientOcclusion) -> f64 {
     let block = |p| cuboid(p, DVec3::new(0.0, 0.0, 0.0), DVec3::splat(4.0));
     let mut floor = Floor::new(occlusion, &block, 0.0);
-    // Where view rays meet the floor depends on their samples.
+    // The point where a view ray meets the floor depends on the ray's samples.
     floor.set_view_step(0.05);
-    // Seen by both: the block hides what is nearer to the middle.
+    // Both eyes see these points. The block hides points nearer to the middle.
     let points = floor_points(7.0, 13.0);
     let views = [-3.0, 3.0].map(|degrees| {
         floor.look_tilted(degrees);
@@ -29,7 +29,7 @@ pub fn eyes(occlusion: &AmbientOcclusion) -> f64 {
     rms(&views[0], &views[1])
 }
 
-/// How uneven the floor is shaded at a distance of 7 mm from a round post: standard deviation.
+/// Standard deviation of the floor's shading at a distance of 7 mm from a round post.
 pub fn unevenness(occlusion: &AmbientOcclusion) -> f64 {
     let mut floor = Floor::new(occlusion, &|p| post(p, 3.0, 10.0), 0.0);
     let shown = floor.shown();
@@ -42,7 +42,7 @@ pub fn unevenness(occlusion: &AmbientOcclusion) -> f64 {
     rms(&around, &vec![mean; around.len()])
 }
 
-/// How much brighter a cube's upper face is at its edges than in its middle.
+/// Brightness of a cube's upper face at its edges, minus that in its middle.
 pub fn edges(occlusion: &AmbientOcclusion) -> f64 {
     let mut floor =
         Floor::new(occlusion, &|p| cuboid(p, DVec3::new(0.0, 0.0, 0.0), DVec3::new(9.0, 9.0, 6.0)), 0.0);
@@ -55,7 +55,7 @@ pub fn edges(occlusion: &AmbientOcclusion) -> f64 {
     mean(edges.map(top).collect()) - mean(face.map(top).collect())
 }
 
-/// RMS difference of the same things in a grid that is turned about the vertical.
+/// RMS difference between a scene and the same scene in a grid turned about the vertical.
 pub fn turned(occlusion: &AmbientOcclusion) -> f64 {
     let things = |p: DVec3| post(p, 4.0, 6.0).min(cuboid(p, DVec3::new(10.0, 2.0, -3.0), DVec3::splat(3.0)));
     let points = floor_points(5.0, 15.0);
@@ -63,7 +63,7 @@ pub fn turned(occlusion: &AmbientOcclusion) -> f64 {
     rms(&shown[0], &shown[1])
 }
 
-/// The shadow at the foot of a wall one voxel thin, over that of a thick one with its face at the same place.
+/// Shadow at the foot of a wall one voxel thin, over the shadow of a thick wall. Both have a face at the same place.
 pub fn thin(occlusion: &AmbientOcclusion) -> f64 {
     let wall = |from: f64| {
         move |p| {
@@ -80,8 +80,8 @@ pub fn thin(occlusion: &AmbientOcclusion) -> f64 {
     (bare - mean(&wall(-0.5))) / (bare - mean(&wall(-8.0)))
 }
 
-/// How far a method that counts denser voxels is from their exact share, RMS: among densities of one mode, and of
-/// three that lie far apart. `None` for other methods.
+/// RMS error of a method that counts denser voxels, against their exact share. The figures are for densities of one
+/// mode, and of three modes far apart. `None` for other methods.
 pub fn modes(occlusion: &AmbientOcclusion) -> Option<[f64; 2]> {
     let OcclusionMethod::Filtering(filtering) = occlusion.method else {
         return None;
@@ -93,7 +93,7 @@ pub fn modes(occlusion: &AmbientOcclusion) -> Option<[f64; 2]> {
         let mut random = Random(7);
         let densities: Vec<f64> = (0..size.element_product())
             .map(|_| match modes {
-                // The mean of four even ones has a single mode.
+                // The mean of four uniform values has a single mode.
                 1 => (0..4).map(|_| f64::from(random.share())).sum::<f64>() / 4.0,
                 _ => [0.1, 0.2, 0.9][random.below(3)] + 0.05 * f64::from(random.share()),
             })
@@ -118,7 +118,7 @@ fn flat(voxel: UVec3, size: UVec3) -> usize {
     ((voxel.z * size.y + voxel.y) * size.x + voxel.x) as usize
 }
 
-/// Of the voxels in a box around one, those beyond the grid being empty.
+/// Share of the voxels in a box around `voxel` that are not denser. Voxels beyond the grid are empty.
 fn share_not_denser(opacities: &[u8], voxel: usize, size: UVec3, radius: i64) -> f64 {
     let (here, at) = (opacities[voxel], voxel_at(voxel as u32, size).as_i64vec3());
     let sides = || -radius..=radius;
