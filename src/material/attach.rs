@@ -1,4 +1,4 @@
-//! Gives volumes the child that draws them.
+//! Gives every volume the child entity that draws it.
 
 use bevy::{
     camera::visibility::RenderLayers,
@@ -15,14 +15,14 @@ use crate::{
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
-/// What the child's mesh and material were made for.
+/// The state that the child's mesh and material were made for.
 #[derive(Component, Clone, PartialEq)]
 pub(super) struct Visuals {
     geometry: VolumeGeometry,
     bindings: Bindings,
 }
 
-/// What the material binds, and how.
+/// The state that a material's bindings and pipelines depend on.
 #[derive(Clone, PartialEq)]
 struct Bindings {
     volume_revision: u32,
@@ -31,8 +31,8 @@ struct Bindings {
     variant: MaterialVariant,
 }
 
-/// Makes a child with box and material for every volume that can be shown, and makes these anew when the textures
-/// that the material binds are new. Nothing is put on the volume's own entity that is the user's.
+/// Makes a child with box and material for every volume that can be shown. Makes box and material anew when the
+/// textures that the material binds are new. Leaves the user's own components on the volume's entity alone.
 pub(super) fn attach_visuals(
     mut commands: Commands,
     mut volumes: Query<(
@@ -52,7 +52,7 @@ pub(super) fn attach_visuals(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<VolumeMaterial>>,
 ) {
-    // After a device is lost, its meshes are gone: nobody else has their triangles.
+    // The meshes are lost with a device: only the renderer keeps their triangles.
     let is_new_device = device.is_changed();
     for (entity, table, (fitted, shown), transform, layers, volume_box) in &mut volumes {
         let variant = MaterialVariant {
@@ -69,7 +69,7 @@ pub(super) fn attach_visuals(
                 variant,
             },
         };
-        // One that was copied with its entity belongs to the original.
+        // A `VolumeBox` that was copied with its entity names the child of the original.
         let child = volume_box.map(|volume_box| volume_box.0);
         let there = child.and_then(|child| boxes.get(child).ok()).filter(|(of, ..)| of.parent() == entity);
         let (child, current) = match (child, there) {
@@ -81,7 +81,7 @@ pub(super) fn attach_visuals(
             }
             _ => {
                 let to_world = Transform::from_scale(Vec3::splat(WORLD_UNITS_PER_MM));
-                // Transforms have been propagated before.
+                // Transforms have already been propagated in this frame.
                 let place = transform.mul_transform(to_world);
                 let bundle = (
                     Name::new("volume box"),
@@ -97,7 +97,7 @@ pub(super) fn attach_visuals(
                 (child, None)
             }
         };
-        // What is computed and what is drawn change in the same frame.
+        // The computed and the drawn occlusion change in the same frame.
         let are_there = method_pipelines.are_there_for(&fitted.occlusion.method);
         let is_ready = current.filter(|_| in_background.0).is_none_or(|current| {
             let (drawn, wanted) = (current.bindings.variant, VolumeMaterial { volume: entity, variant });
@@ -134,7 +134,7 @@ fn set_layers(entity: &mut EntityCommands, layers: Option<&RenderLayers>) {
     };
 }
 
-/// Takes the child from entities that have no volume any more.
+/// Removes the child of entities that no longer have a volume.
 pub(super) fn detach_visuals(
     mut commands: Commands,
     orphans: Query<(Entity, &VolumeBox), Without<LookupTable>>,

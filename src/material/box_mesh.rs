@@ -1,4 +1,4 @@
-//! The box on whose back faces a volume is drawn.
+//! The box of a volume, on whose back faces the volume is drawn.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -8,7 +8,7 @@ use bevy::{
 
 use crate::volume::VolumeGeometry;
 
-/// The box that the voxels fill, in volume space (mm), faces outwards.
+/// The box that the voxels fill, in volume space (mm), with its faces outwards.
 pub(super) fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
     // Corners of each face, counter-clockwise seen from outside for a right-handed grid.
     const FACES: [[u32; 4]; 6] =
@@ -20,7 +20,7 @@ pub(super) fn box_mesh(geometry: &VolumeGeometry) -> Mesh {
             if is_mirrored { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] }
         },
     );
-    // The renderer alone has its triangles: pointers meet what lies behind the box.
+    // Only the renderer keeps the triangles: picking passes through the box to objects behind it.
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
         .with_inserted_indices(Indices::U32(triangles.collect()))

@@ -1,15 +1,15 @@
-//! Gives cameras the depth of opaque meshes, by which these hide volumes.
+//! Gives cameras the depth of opaque meshes, so that opaque meshes hide volumes.
 
 use bevy::{camera::visibility::RenderLayers, core_pipeline::prepass::DepthPrepass, prelude::*};
 
 use crate::volume::Volume3d;
 
-/// Stands on cameras whose depth prepass is ours to remove.
+/// Marks cameras whose depth prepass this module added, and may remove.
 #[derive(Component)]
 pub(super) struct AddedDepthPrepass;
 
-/// Adds a depth prepass to active 3D cameras that share a render layer with a volume, and takes it away again from
-/// those that no longer do.
+/// Adds a depth prepass to active 3D cameras that share a render layer with a volume. Removes it from cameras that no
+/// longer do.
 pub(super) fn require_depth(
     mut commands: Commands,
     volumes: Query<Option<&RenderLayers>, With<Volume3d>>,
@@ -32,7 +32,7 @@ pub(super) fn require_depth(
     }
 }
 
-/// A prepass that the user inserts where there is ours is the user's from then on.
+/// Leaves a depth prepass to the user once the user inserts one over ours.
 pub(super) fn leave_to_user(
     inserted: On<Insert, DepthPrepass>,
     ours: Query<(), With<AddedDepthPrepass>>,

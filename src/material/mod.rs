@@ -1,4 +1,4 @@
-//! How a volume is drawn: a box with a material that casts view rays through it.
+//! Drawing of a volume: a box with a material that casts view rays through the box.
 
 mod attach;
 mod box_mesh;
@@ -23,13 +23,13 @@ use crate::{
     volume::VolumeSystems,
 };
 
-/// Where the material plugin's systems run, in [`PostUpdate`].
+/// Sets of the material plugin's systems, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum VolumeMaterialSystems {
-    /// It is decided which occlusion a volume gets of what it asks for.
+    /// Decides how much of its requested occlusion a volume gets.
     FitOcclusion,
-    /// Volumes get the children that draw them.
+    /// Gives volumes the children that draw them.
     Attach,
 }
 
@@ -56,7 +56,7 @@ impl Plugin for VolumeMaterialPlugin {
                     .after(TransformSystems::Propagate)
                     .after(VolumeSystems::Bake)
                     .after(ClipSystems::Capacity)
-                    // A volume is drawn in the frame in which it comes.
+                    // A volume is drawn in the frame in which it appears.
                     .before(VisibilitySystems::VisibilityPropagate)
                     .before(AssetEventSystems),
             );

@@ -1,9 +1,9 @@
 // Step VI of the CAO paper (section 3.5): front-to-back ray casting of a volume with the clip test
-// (`view_ray`). What a ray meets is shaded by the occlusion volume (V_AO) and, where asked for, by
-// Blinn-Phong (`shading`).
+// (`view_ray`). Samples are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong
+// (`shading`).
 //
-// Drawn on the back faces of the volume's box, so that the camera may be inside it; opaque
-// geometry ends a ray where the depth prepass has it.
+// Drawn on the back faces of the volume's box, so that the camera may be inside the box. A ray ends
+// at opaque geometry, by the depth of the prepass.
 
 #import bevy_pbr::{
     forward_io::VertexOutput,
@@ -33,7 +33,7 @@
 
 @group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
 
-// The share of the light that comes to a point.
+// The share of the light that reaches a point.
 fn ambient_at(p: vec3<f32>) -> f32 {
 #ifdef OCTANTS
     let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
@@ -45,13 +45,13 @@ fn ambient_at(p: vec3<f32>) -> f32 {
     return mix(1.0, factor, volume.occlusion_share);
 }
 
-// Colour and opacity so far, premultiplied.
+// Accumulated colour, premultiplied, and opacity.
 struct Pixel {
     color: vec3<f32>,
     alpha: f32,
 }
 
-// Adds a piece of a ray.
+// Adds a slice of a ray to a pixel.
 fn accumulate(before: Pixel, slice: Slice, direction: vec3<f32>) -> Pixel {
     var unit_opacity = slice.sample.a;
 #ifdef MODULATED
@@ -81,7 +81,7 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
 #endif
 #ifdef ISOSURFACE
     let hit = surface_hit(ray);
-    // No branch on a hit: behind it the shading's branches were on uniforms alone.
+    // No branch on a hit: inside such a branch, the shading's branches would depend on uniforms alone.
     let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p));
     var pixel = Pixel(hit.alpha * color, hit.alpha);
 #else
@@ -99,7 +99,7 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
         discard;
     }
     if pixel.alpha >= OPAQUE {
-        // What little is left is of the same colour, not of the background's.
+        // The little opacity that is left gets the pixel's own colour, not the background's.
         pixel = Pixel(pixel.color / pixel.alpha, 1.0);
     }
 #ifdef TONEMAP_IN_SHADER

@@ -1,4 +1,4 @@
-//! The material: binds what the passes keep for a volume.
+//! The material: binds the textures and buffers that the passes keep for a volume.
 
 use bevy::{
     asset::embedded_path,
@@ -24,10 +24,10 @@ use crate::{
     render::{ClipMaps, Formats, VolumeStore, volumes::layouts},
 };
 
-/// Draws the volume of an entity, made and kept up to date by the plugin.
+/// Material that draws the volume of an entity. The plugin makes it and keeps it up to date.
 ///
-/// It holds no data of its own: it binds the textures that the passes keep for the volume, so that
-/// what a carver changes this frame is drawn this frame.
+/// It holds no data of its own: it binds the textures that the passes keep for the volume. So changes by a carver
+/// are drawn in the frame of the change.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct VolumeMaterial {
     /// The entity with the [`Volume3d`](crate::volume::Volume3d).
@@ -35,26 +35,26 @@ pub struct VolumeMaterial {
     pub(super) variant: MaterialVariant,
 }
 
-/// What distinguishes pipelines that draw volumes.
+/// Properties that distinguish the pipelines that draw volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialVariant {
-    /// Whether the way from the box to the world mirrors.
+    /// Whether the transform from the box to the world mirrors.
     pub(super) is_mirrored: bool,
-    /// What the occlusion texture holds.
+    /// Content of the occlusion texture.
     pub(super) texels: OcclusionTexels,
-    /// Whether an isosurface alone is drawn.
+    /// Whether only an isosurface is drawn.
     pub(super) is_isosurface: bool,
 }
 
 impl MaterialVariant {
-    /// Whether another is drawn by the same pipelines.
+    /// Whether the same pipelines draw another variant.
     pub(super) fn has_pipelines_of(&self, other: &Self) -> bool {
         self.texels.shader_def() == other.texels.shader_def()
             && (self.is_mirrored, self.is_isosurface) == (other.is_mirrored, other.is_isosurface)
     }
 }
 
-/// Where Bevy binds materials: group 3.
+/// The bind group of materials in Bevy: group 3.
 const MATERIAL_BIND_GROUP: u32 = bevy::pbr::MATERIAL_BIND_GROUP_INDEX as u32;
 
 impl Material for VolumeMaterial {
@@ -81,8 +81,8 @@ impl Material for VolumeMaterial {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        // Back faces, whatever is in front of them: the camera may be inside the box, and the
-        // shader itself stops at opaque geometry.
+        // Back faces are drawn whatever is in front of them: the camera may be inside the box. The shader
+        // itself stops at opaque geometry.
         let variant = key.bind_group_data;
         let is_inside_out = variant.is_mirrored != key.mesh_key.contains(MeshPipelineKey::INVERT_CULLING);
         descriptor.primitive.cull_mode = Some(if is_inside_out { Face::Back } else { Face::Front });
@@ -100,7 +100,7 @@ impl Material for VolumeMaterial {
     }
 }
 
-/// What the passes keep, for the material to bind.
+/// Resources of the passes that the material binds.
 #[derive(SystemParam)]
 pub struct PassResources<'w> {
     volumes: Res<'w, VolumeStore>,
@@ -147,7 +147,7 @@ impl AsBindGroup for VolumeMaterial {
         let stages = ShaderStages::FRAGMENT;
         let volume = texture_3d(TextureSampleType::Float { filterable: true });
         let mut entries = layouts::brick_layout_entries(stages);
-        // Drawing does not read them, and fragment shaders get 16 textures, with those of Bevy.
+        // Drawing does not read the dilation maps, and fragment shaders get 16 textures, Bevy's included.
         entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
         entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
         entries

@@ -1,7 +1,7 @@
-//! Shaders of a material are compiled before a volume gets it: until then the volume is drawn as before, so that no
-//! change of settings shows an empty frame.
+//! Compiles the shaders of a material before a volume gets the material. Until then the volume is drawn as before, so
+//! that no change of settings shows an empty frame.
 //!
-//! A child that draws nothing has the new material meanwhile, in the same views.
+//! Meanwhile a child that draws nothing has the new material, in the same views.
 
 use bevy::{
     camera::{
@@ -20,19 +20,19 @@ use std::sync::{Arc, Mutex};
 use super::{VolumeMaterial, box_mesh::box_mesh, volume_material::MaterialVariant};
 use crate::volume::VolumeGeometry;
 
-/// Stands on the child of a volume's box whose material's shaders are being compiled.
+/// Marks the child of a volume's box whose shaders are being compiled.
 #[derive(Component)]
 pub(super) struct WarmUp(MaterialVariant);
 
-/// Children whose shaders are there.
+/// Warm-up children whose shaders are compiled.
 #[derive(Resource, Clone, Default)]
 pub(super) struct ReadyWarmUps(Arc<Mutex<HashSet<Entity>>>);
 
-/// Those that views may show in this frame.
+/// Warm-up children that views may show in this frame.
 #[derive(Resource, Default)]
 pub(super) struct ExtractedWarmUps(Vec<Entity>);
 
-/// What making such children takes.
+/// Parameters for making and removing warm-up children.
 #[derive(SystemParam)]
 pub(super) struct WarmUps<'w, 's> {
     commands: Commands<'w, 's>,
@@ -78,7 +78,7 @@ impl WarmUps<'_, '_> {
         let Ok((place, layers)) = self.places.get(volume_box) else {
             return;
         };
-        // In the place of the box, of triangles without extent.
+        // The child is in the place of the box. Its triangles have no extent.
         let bounds = Aabb::enclosing(geometry.corners().map(|corner| corner.as_vec3()));
         let mesh = box_mesh(geometry).with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 8]);
         let variant = material.variant;
@@ -107,7 +107,7 @@ pub(super) fn extract_warm_ups(
     extracted.0.extend(&children);
 }
 
-/// Finds those whose pipelines are there in all views that show them.
+/// Finds the children whose pipelines are compiled in all views that show them.
 pub(super) fn find_ready(
     extracted: Res<ExtractedWarmUps>,
     views: Res<SpecializedMaterialPipelineCache>,

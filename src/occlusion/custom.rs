@@ -31,7 +31,7 @@ impl CustomMethod {
 
 impl PartialEq for CustomMethod {
     fn eq(&self, other: &Self) -> bool {
-        // Settings that are equal to nothing, as NaN is, would change in every frame.
+        // The pointers are compared because settings with NaN differ from themselves. They would change in every frame.
         Arc::ptr_eq(&self.settings, &other.settings) || (self.are_equal)(&*self.settings, &*other.settings)
     }
 }

@@ -5,40 +5,42 @@ use bevy::prelude::*;
 
 use super::{MethodKind, MethodSettings};
 
-/// Each view sweeps through the volume, slice by slice away from the viewer, and blurs what light is left from
-/// slice to slice: light from a cone around the viewer. Nothing is precomputed; every frame costs the same,
-/// whether anything changed or not. Occlusion depends on where the viewer stands.
+/// Occlusion of light from a cone around the viewer.
 ///
-/// Each slice multiplies what light is left by the transmittance of what it meets, after the mean over the
-/// base of a cone from slice to slice (section 3.4, equations 10 to 15). Only what is in the image occludes:
-/// light comes in from beyond its edges. Opaque meshes hide volumes and do not shade them. Volumes with this
-/// method are laid over each other by the distance of their centres, and under whatever else is translucent.
+/// Each view sweeps through the volume, slice by slice away from the viewer. The remaining light is blurred from
+/// slice to slice. Nothing is precomputed: every frame costs the same, whether anything changed or not. Occlusion
+/// depends on where the viewer stands.
+///
+/// Each slice takes the mean of the remaining light over the base of a cone from slice to slice. It multiplies the
+/// mean by its own transmittance (section 3.4, equations 10 to 15). Only points in the image occlude: light comes in
+/// from beyond the image's edges. Opaque meshes hide volumes and do not shade them. Volumes with this method are drawn
+/// over each other by the distance of their centres, and under other translucent objects.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct DirectOcclusion {
-    /// Angle between the cone's axis and its side, degrees, above 0 and below 90. Wider ones let more distant
+    /// Angle between the cone's axis and its side, degrees, above 0 and below 90. Wider cones let more distant
     /// structures occlude and need more samples.
     pub aperture_degrees: f32,
-    /// Samples along each side of the grid over the cone's base, at most [`Self::MAX_SAMPLES`]; their number
-    /// grows with the square. Fewer show as a pattern.
+    /// Samples along each side of the grid over the cone's base, at most [`Self::MAX_SAMPLES`]. The grid has the
+    /// square of this number. Few samples show as a pattern.
     pub samples: u32,
-    /// Distance between slices, in units of the smallest voxel spacing. Smaller ones cost proportionally more
-    /// time; larger ones show as rings on opaque surfaces.
+    /// Distance between slices, in units of the smallest voxel spacing. Smaller distances cost proportionally more
+    /// time, larger ones show as rings on opaque surfaces.
     pub slice_voxels: f32,
-    /// Whether samples are attenuated along their own way through a slice (the paper's algorithm 2) instead
-    /// of along its thickness (algorithm 3): slower, hardly different.
+    /// Whether each sample is attenuated along its own path through a slice (the paper's algorithm 2). This is slower
+    /// and hardly different from attenuation along the slice's thickness (algorithm 3).
     pub exact_distance: bool,
 }
 
 impl DirectOcclusion {
-    /// The most samples along each side of the grid.
+    /// Largest number of samples along each side of the grid.
     pub const MAX_SAMPLES: u32 = 16;
-    /// The most slices of a volume; where there would be more they are farther apart.
+    /// Largest number of slices of a volume. A volume that needs more gets slices farther apart.
     pub const MAX_SLICES: u32 = 4096;
-    /// Shading and drawing the volumes of all views, in the diagnostics.
+    /// Diagnostics span of the passes that shade and draw the volumes of all views.
     pub const SPAN: &str = "contextual_ao/direct";
 
-    /// These settings within what can be computed; the defaults where they are no numbers.
+    /// Limits these settings to their valid ranges, with the default in place of NaN.
     pub(crate) fn clamped(&self) -> Self {
         let default = Self::default();
         let number = |value: f32, default: f32| if value.is_nan() { default } else { value };

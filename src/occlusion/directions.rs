@@ -1,4 +1,4 @@
-//! Ray patterns: in which directions a voxel looks, and what each direction weighs.
+//! Ray patterns: the directions of a voxel's rays, and their weights.
 
 use bevy::{math::DVec3, prelude::*};
 use core::{f64::consts::PI, fmt, str::FromStr};
@@ -14,7 +14,7 @@ pub struct RayDirection {
 
 /// The directions of the spherical ray cast.
 ///
-/// The first five are the paper's (section 4), each direction jittered by a fixed pattern;
+/// The first five are the paper's (section 4). Each direction of the first four is jittered by a fixed pattern.
 /// [`Fibonacci`](RayPattern::Fibonacci) has a lower error for the same number of rays.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
@@ -35,17 +35,17 @@ pub enum RayPattern {
 }
 
 impl Default for RayPattern {
-    // The fewest that are closer to the truth than the paper's 54 in all scenes tried (`docs/measurements.md`).
+    // The fewest rays that are closer to the truth than the paper's 54 in all tested scenes (`docs/measurements.md`).
     fn default() -> Self {
         Self::Fibonacci(36)
     }
 }
 
-/// The most rays of a pattern.
+/// Largest number of rays of a pattern.
 const MAX_RAYS: u32 = 4096;
 
-/// Largest angle, radians, by which the paper's patterns are jittered. The paper gives no figure;
-/// this is about a fifth of the angle between neighbours in the pattern of 26.
+/// Largest angle, radians, by which the paper's patterns are jittered. The paper gives no figure. This value is about
+/// a fifth of the angle between neighbours in the pattern of 26.
 const JITTER: f64 = 0.15;
 
 impl RayPattern {
@@ -128,7 +128,7 @@ fn jittered(directions: Vec<DVec3>) -> Vec<DVec3> {
         .into_iter()
         .enumerate()
         .map(|(k, direction)| {
-            // Offsets from a lattice of twice the size: well spread, and no sum of a symmetric pair.
+            // Offsets from a lattice of twice the size are well spread. Those of opposite directions do not cancel.
             let offset = fibonacci_direction((k as u32 * 7 + 3) % (2 * count), 2 * count);
             (direction + offset * JITTER.tan()).normalize()
         })
@@ -201,7 +201,7 @@ mod tests {
     fn patterns_cover_the_sphere_evenly() {
         for pattern in ALL.into_iter().filter(|pattern| pattern.rays() > 1) {
             let mean: DVec3 = pattern.directions().iter().map(|ray| ray.direction * ray.weight).sum();
-            // A lattice of n rays leaves a rest of the order 1/n; the jitter at most sin(JITTER).
+            // The mean of a lattice of n rays is of the order 1/n. The jitter moves it by at most sin(JITTER).
             assert!(mean.length() < 0.1, "{pattern}: {mean}");
         }
     }

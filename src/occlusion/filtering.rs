@@ -6,36 +6,37 @@ use bevy::prelude::*;
 use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels, lengths::length_mm};
 use crate::volume::VolumeGeometry;
 
-/// How large a share of the voxels around one is not denser than it, estimated from what separable filters
-/// find there: lowest, highest and mean density and the mean of its square. Every change filters the whole
-/// volume; a voxel's cost does not grow with the radius. It takes 16 bytes a voxel more, 24 where variance
-/// modulates [`DensityEstimate::Power`]; a volume with more than a device binds at once is drawn without
-/// occlusion.
+/// Occlusion by the share of voxels around a voxel that are not denser than it.
+///
+/// The share is estimated from the lowest, the highest and the mean density and the mean of the density's square.
+/// Separable filters find these. Every change filters the whole volume; a voxel's cost does not grow with the radius.
+/// The method takes 16 bytes a voxel more, 24 where variance modulates [`DensityEstimate::Power`]. A volume with a
+/// buffer larger than the device binds is drawn without occlusion.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct OcclusionFiltering {
-    /// How the share is estimated.
+    /// Estimate of the share.
     pub estimate: DensityEstimate,
-    /// What is compared.
+    /// The quantity that is compared.
     pub density: DensitySource,
-    /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere; `None` is 10
-    /// voxels. A larger one finds larger hollows and blurs small ones. In whole voxels along each axis, at least
-    /// 1, at most [`Self::MAX_VOXELS`]: occlusion pops where it changes.
+    /// Half the width of the box around a voxel, mm: the diameter of the paper's tangent sphere. `None` is 10 voxels.
+    /// A larger radius finds larger hollows and blurs small ones. It is rounded to whole voxels along each axis, at
+    /// least 1, at most [`Self::MAX_VOXELS`]: occlusion pops when their number changes.
     pub radius_mm: Option<f32>,
-    /// The constant k of the ambient term k O(x) C(x) (equation 5); above 1 brightens. A byte a voxel keeps
-    /// k O(x), at most 1.
+    /// Constant k of the ambient term k O(x) C(x) (equation 5). Values above 1 brighten. A byte a voxel keeps k O(x),
+    /// at most 1.
     pub brightness: f32,
-    /// What becomes transparent, so that more is seen of the rest.
+    /// Regions that become transparent, so that more of the rest is visible.
     pub modulation: OpacityModulation,
 }
 
 impl OcclusionFiltering {
-    /// The largest radius, voxels.
+    /// Largest radius, voxels.
     pub const MAX_VOXELS: u32 = 127;
-    /// The passes over all volumes that are filtered, in the diagnostics.
+    /// Diagnostics span of the passes over all filtered volumes.
     pub const SPAN: &str = "contextual_ao/filter";
 
-    /// These settings within what can be computed.
+    /// Limits these settings to their valid ranges.
     pub(super) fn clamped(self) -> Self {
         let within = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) };
         Self {
@@ -50,7 +51,7 @@ impl OcclusionFiltering {
         }
     }
 
-    /// The radius, mm: the one that is set, or 10 voxels.
+    /// The radius, mm: the one set, or 10 voxels.
     pub fn radius_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
         length_mm(self.radius_mm, 10.0, geometry)
     }
@@ -65,12 +66,12 @@ impl OcclusionFiltering {
         self.estimate == DensityEstimate::Power
     }
 
-    /// How many quantities are filtered.
+    /// Number of filtered quantities; the extrema count as one.
     fn quantities(&self) -> u32 {
         1 + u32::from(self.filters_squares()) + u32::from(self.filters_extrema())
     }
 
-    /// The radius along each of the grid's axes, whole voxels.
+    /// The radius along each axis of the grid, whole voxels.
     pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
         let voxels = (self.radius_length_mm(geometry) / geometry.spacing_mm).round().as_uvec3();
         voxels.clamp(UVec3::ONE, UVec3::splat(Self::MAX_VOXELS))
@@ -108,46 +109,46 @@ impl Default for OcclusionFiltering {
     }
 }
 
-/// What of a clipped volume is taken for its density.
+/// The quantity of a clipped volume that counts as its density.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum DensitySource {
-    /// The opacity that the transfer function gives: occlusion fits what is seen, but where the function is
-    /// steep opacities jump from voxel to voxel, and single voxels show.
+    /// The opacity that the transfer function gives. Occlusion then fits the visible structures. But where the
+    /// function is steep, opacities jump from voxel to voxel, and single voxels show.
     Opacity,
-    /// The intensity, as in the paper, whatever is seen of it; the lowest where it is clipped.
+    /// The intensity, as in the paper, whether it is visible or not. Clipped voxels have the lowest.
     #[default]
     Intensity,
 }
 
-/// How the share of voxels that are not denser is estimated.
+/// Estimate of the share of voxels that are not denser.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum DensityEstimate {
-    /// Chebyshev's one-tailed bound, from mean and variance (Penner and Mitchell 2008): nothing below the mean
-    /// is lit, high contrast.
+    /// Chebyshev's one-tailed bound, from mean and variance (Penner and Mitchell 2008). Voxels below the mean get no
+    /// light; contrast is high.
     Chebyshev,
-    /// A distribution t^beta between lowest and highest, of the right mean (section 3.2).
+    /// A distribution t^beta between the lowest and the highest density, with the right mean (section 3.2).
     #[default]
     Power,
-    /// A normal distribution of the right mean and variance (section 3.3): wrong where densities around a voxel
+    /// A normal distribution with the right mean and variance (section 3.3). Wrong where the densities around a voxel
     /// have several modes.
     Gaussian,
 }
 
-/// What is drawn with less opacity.
+/// Regions that are drawn with less opacity.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum OpacityModulation {
-    /// Nothing.
+    /// No regions.
     #[default]
     None,
-    /// What is uniform: where the variance of densities is below this one (section 4.2; densities in [0, 1],
-    /// intensities over the volume's range).
+    /// Uniform regions: the variance of densities is below this value (section 4.2). Densities are in [0, 1],
+    /// intensities over the volume's range.
     Variance(f32),
-    /// What is uniformly occluded: where the occlusion's gradient is below this one, per voxel.
+    /// Uniformly occluded regions: the occlusion's gradient, per voxel, is below this value.
     Gradient(f32),
 }

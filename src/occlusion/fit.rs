@@ -1,4 +1,4 @@
-//! Which occlusion is computed for a volume: what is asked for, or what the device and the budget leave of it.
+//! The occlusion that is computed for a volume: as set, or reduced to fit the device and the budget.
 
 use bevy::{prelude::*, render::renderer::RenderDevice};
 
@@ -7,28 +7,28 @@ use super::{
 };
 use crate::volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget};
 
-/// The occlusion that is computed for a volume: as it is set, or what fits of it.
+/// The occlusion that is computed for a volume: as set, or reduced to fit.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub(crate) struct FittedOcclusion {
-    /// Settings within what can be computed.
+    /// Settings within their valid ranges.
     pub occlusion: AmbientOcclusion,
     pub shortfall: Option<OcclusionShortfall>,
-    /// Bytes that its method takes beside the volume's own.
+    /// Bytes that the method takes beside the volume's own.
     pub bytes: u64,
 }
 
 impl FittedOcclusion {
-    /// Whether there is any.
+    /// Whether any occlusion is computed.
     pub fn has_occlusion(&self) -> bool {
         self.shortfall.is_none_or(|shortfall| shortfall.fallback != OcclusionFallback::Unoccluded)
     }
 }
 
-/// The occlusion that is computed and drawn: the one before, while pipelines are being compiled.
+/// The occlusion that is computed and drawn. While pipelines are being compiled it is the previous one.
 #[derive(Component, PartialEq)]
 pub(crate) struct ShownOcclusion(pub FittedOcclusion);
 
-/// What the method of some settings keeps for so many voxels.
+/// Memory that a method takes for a volume of these dimensions, with the occlusion texture beyond a scalar a voxel.
 fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> MethodBytes {
     let bytes = occlusion.method.settings().bytes(dimensions);
     let voxels = dimensions.as_u64vec3().element_product();
@@ -36,14 +36,14 @@ fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredB
     MethodBytes { total: bytes.total + texture.saturating_sub(voxels * stored.scalar), ..bytes }
 }
 
-/// What there is for one method.
+/// Limits for one method.
 struct Room {
     max_buffer: u64,
     max_texels_z: u32,
     max_bytes: u64,
 }
 
-/// Keeps a volume's occlusion within the device and the budget.
+/// Keeps the occlusion of every volume within the limits of the device and the budget.
 pub(crate) fn fit_occlusion(
     mut commands: Commands,
     mut volumes: Query<(Entity, &LookupTable, &AmbientOcclusion, Option<&mut FittedOcclusion>)>,
@@ -98,11 +98,11 @@ impl Room {
             OcclusionFallback::Unoccluded => FittedOcclusion { occlusion: less, shortfall: None, bytes: 0 },
             _ => self.fit(less, dimensions, stored),
         };
-        // What is left when less does not fit either is what counts.
+        // If the reduced settings do not fit either, their shortfall replaces this one.
         FittedOcclusion { shortfall: fitted.shortfall.or(Some(shortfall)), ..fitted }
     }
 
-    /// What is missing, if anything is: how much is needed, what limits it, and to how much.
+    /// The limit that is exceeded, if any: the amount needed, the kind of limit, and its value.
     fn missing(
         &self,
         occlusion: &AmbientOcclusion,

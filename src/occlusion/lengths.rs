@@ -1,13 +1,13 @@
-//! Settings that are lengths.
+//! Length settings.
 
 use crate::volume::VolumeGeometry;
 
-/// A length setting within 0 and `max`; 0 if it is not finite.
+/// Limits a length setting to 0 to `max`; 0 if it is not finite.
 pub(super) fn within(value: f32, max: f32) -> f32 {
     if value.is_finite() { value.clamp(0.0, max) } else { 0.0 }
 }
 
-/// A length, mm: the one that is set, or so many voxels of the smallest spacing.
+/// A length, mm: the one set, or `voxels` times the smallest spacing.
 pub(super) fn length_mm(set_mm: Option<f32>, voxels: f64, geometry: &VolumeGeometry) -> f64 {
     set_mm.map_or(voxels * geometry.spacing_mm.min_element(), |mm| f64::from(mm).max(0.0))
 }

@@ -1,4 +1,4 @@
-//! By which method ambient occlusion is computed, and the settings of each.
+//! The methods of computing ambient occlusion, with their settings.
 
 use bevy::prelude::*;
 use core::any::Any;
@@ -7,20 +7,20 @@ use super::{CustomMethod, MethodKind, MethodSettings, OcclusionFallback, Occlusi
 #[cfg(feature = "other_methods")]
 use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
 
-/// The systems of the papers. All see what carvers leave of a volume; `docs/methods.md` says what each is good for
-/// and where it fails.
+/// A method of computing ambient occlusion. All methods see the carved volume; `docs/methods.md` says what each is good
+/// for and where it fails.
 #[derive(Reflect, Clone, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum OcclusionMethod {
-    /// Rays around every voxel: local ambient occlusion, of which only what changed is recomputed. Exact.
+    /// Rays around every voxel: local ambient occlusion, recomputed only where it changed. Exact.
     Rays(OcclusionRays),
-    /// The same rays, a few in every frame: lags behind.
+    /// The same rays, a few in every frame: the image lags behind changes.
     Progressive(ProgressiveRays),
     /// Fast occlusion sweeping: light seeps through the whole volume, along the diagonals of the grid.
     #[cfg(feature = "other_methods")]
     Sweeping(OcclusionSweeping),
-    /// Volumetric ambient occlusion by filtering: how many voxels around one are denser.
+    /// Volumetric ambient occlusion by filtering: the share of denser voxels around each voxel.
     #[cfg(feature = "other_methods")]
     Filtering(OcclusionFiltering),
     /// Screen-space ambient occlusion of the first surface that a view sees.
@@ -39,7 +39,7 @@ impl Default for OcclusionMethod {
     }
 }
 
-/// Settings of a method stand for it.
+/// Lets settings of a method stand for the method.
 macro_rules! from_settings {
     ($($(#[$feature:meta])? $variant:ident($settings:ty);)*) => {
         $($(#[$feature])? impl From<$settings> for OcclusionMethod {
@@ -88,7 +88,7 @@ impl OcclusionMethod {
         Self::Custom(CustomMethod::new(settings))
     }
 
-    /// What is known of it before it runs.
+    /// The method's settings, whatever their type.
     pub fn settings(&self) -> &dyn MethodSettings {
         match self {
             Self::Rays(settings) => settings,
@@ -105,7 +105,7 @@ impl OcclusionMethod {
         }
     }
 
-    /// Its settings, if they are of this type.
+    /// The method's settings, if they are of this type.
     pub fn get<S: MethodSettings>(&self) -> Option<&S> {
         let settings: &dyn Any = self.settings();
         settings.downcast_ref()
@@ -119,7 +119,7 @@ impl OcclusionMethod {
         }
     }
 
-    /// The same, to be changed.
+    /// The rays that are cast, for changing them.
     pub fn rays_mut(&mut self) -> Option<&mut OcclusionRays> {
         match self {
             Self::Rays(rays) | Self::Progressive(ProgressiveRays { rays, .. }) => Some(rays),
@@ -127,17 +127,17 @@ impl OcclusionMethod {
         }
     }
 
-    /// The name used on command lines and in tables.
+    /// The method's name on command lines and in tables.
     pub fn name(&self) -> &'static str {
         self.settings().name()
     }
 
-    /// What is computed, and when.
+    /// Kind of the method: what it computes, and when.
     pub fn kind(&self) -> MethodKind {
         self.settings().kind()
     }
 
-    /// These settings within what can be computed, and equal to themselves.
+    /// Limits these settings to their valid ranges. The result is equal to itself, even where the settings have NaN.
     pub(crate) fn clamped(&self) -> Self {
         match self {
             Self::Rays(settings) => Self::Rays(settings.clamped()),
@@ -154,7 +154,7 @@ impl OcclusionMethod {
         }
     }
 
-    /// What is computed where it does not fit; `None` if nothing is.
+    /// The method to use where this one does not fit; `None` if there is none.
     pub(super) fn instead(&self) -> Option<(Self, OcclusionFallback)> {
         match self {
             Self::Progressive(settings) => {

@@ -1,4 +1,4 @@
-//! What is known of an occlusion method before any of its passes runs: all that other rooms ask of its settings.
+//! Properties of an occlusion method that other modules read from its settings, before any of its passes runs.
 
 use bevy::prelude::*;
 use core::{any::Any, fmt::Debug};
@@ -8,35 +8,37 @@ use crate::volume::VolumeGeometry;
 
 /// Settings of an occlusion method.
 ///
-/// [`OcclusionMethod::custom`](super::OcclusionMethod::custom) takes those of a method from outside of this crate;
-/// `docs/adding_a_method.md` shows one.
+/// [`OcclusionMethod::custom`](super::OcclusionMethod::custom) takes the settings of a method from outside of this
+/// crate; `docs/adding_a_method.md` shows such a method.
 pub trait MethodSettings: Any + Debug + Send + Sync {
     /// The method's name on command lines and in tables. No two methods have the same.
     fn name(&self) -> &'static str;
 
-    /// What is computed, and when. Of methods from outside of this crate only [`MethodKind::AllVoxels`] is computed.
+    /// Kind of the method: what it computes, and when. Methods from outside of this crate run only as
+    /// [`MethodKind::AllVoxels`].
     fn kind(&self) -> MethodKind {
         MethodKind::AllVoxels
     }
 
-    /// What the method keeps for a volume of so many voxels, beside the occlusion texture.
+    /// Memory that the method takes for a volume of these dimensions (voxels), beside the occlusion texture.
     fn bytes(&self, dimensions: UVec3) -> MethodBytes {
         let _ = dimensions;
         default()
     }
 
-    /// What drawing has to know of it.
+    /// How the method's result is drawn.
     fn drawing(&self) -> MethodDrawing {
         default()
     }
 
-    /// The way, mm, whose opacity stands for a voxel's where the method reads it; a voxel of the smallest spacing.
+    /// Length, mm, of the path whose opacity counts as a voxel's where the method reads opacities. By default the
+    /// smallest voxel spacing.
     fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
         length_mm(None, 1.0, geometry)
     }
 
-    /// How far from a voxel's middle, mm, its factor samples others. Of [`MethodKind::StaleVoxels`] alone: the others
-    /// compute all voxels.
+    /// Farthest distance, mm, from a voxel's centre at which its occlusion factor takes samples. Only for
+    /// [`MethodKind::StaleVoxels`]: the other kinds recompute everything.
     fn sampled_mm(&self, geometry: &VolumeGeometry) -> f64 {
         let _ = geometry;
         0.0
@@ -47,18 +49,18 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MethodKind {
-    /// A factor for every voxel that a view reads, where something within reach changed.
+    /// An occlusion factor for every voxel that a view reads, where something within reach changed.
     StaleVoxels,
-    /// A factor for every voxel, after every change.
+    /// An occlusion factor for every voxel, after every change.
     AllVoxels,
-    /// What a view shows, after it has been drawn, in every frame.
+    /// The occlusion of the surfaces in a view, after the view has been drawn, in every frame.
     DrawnViews,
-    /// The image of a volume in a view, in place of the material's, in every frame.
+    /// The image of a volume in a view, in place of the material's image, in every frame.
     DrawingViews,
 }
 
 impl MethodKind {
-    /// Whether a factor is kept for every voxel, whoever looks at it. Otherwise views compute their own.
+    /// Whether a factor is kept for every voxel, for all views. Otherwise each view computes its own occlusion.
     pub fn is_of_voxels(self) -> bool {
         matches!(self, Self::StaleVoxels | Self::AllVoxels)
     }
@@ -67,29 +69,29 @@ impl MethodKind {
 /// Memory that a method takes on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MethodBytes {
-    /// Of all buffers and textures.
+    /// Size of all buffers and textures.
     pub total: u64,
-    /// Of the largest buffer.
+    /// Size of the largest buffer.
     pub largest_buffer: u64,
 }
 
 impl MethodBytes {
-    /// Of buffers of these sizes.
+    /// Memory of buffers of these sizes.
     pub fn of_buffers(sizes: &[u64]) -> Self {
         Self { total: sizes.iter().sum(), largest_buffer: sizes.iter().copied().max().unwrap_or(0) }
     }
 }
 
-/// How what a method computed is drawn.
+/// How the result of a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodDrawing {
-    /// What the occlusion texture holds.
+    /// Content of the occlusion texture.
     pub texels: OcclusionTexels,
-    /// Whether a surface is drawn alone, by the distance field that the method keeps.
+    /// Whether only a surface is drawn, by the distance field that the method keeps.
     pub draws_surface: bool,
-    /// Of [`OcclusionTexels::Octants`]: the light that comes to a point is raised to this power.
+    /// Exponent of the light that reaches a point, for [`OcclusionTexels::Octants`].
     pub power: f32,
-    /// Of [`OcclusionTexels::Octants`]: whether both sides of a surface get light.
+    /// Whether both sides of a surface get light, for [`OcclusionTexels::Octants`].
     pub both_sides: bool,
 }
 

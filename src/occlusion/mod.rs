@@ -1,5 +1,4 @@
-//! How a volume is shaded by ambient occlusion: the methods and their settings, and the ray patterns (pure
-//! maths).
+//! Ambient occlusion of volumes: the methods and their settings, and the ray patterns (pure maths).
 
 mod custom;
 #[cfg(feature = "other_methods")]
@@ -68,7 +67,7 @@ impl Plugin for OcclusionPlugin {
     }
 }
 
-/// Gives volumes a component with its defaults.
+/// Gives every volume a component with its defaults.
 fn require<C: Component + Default>(app: &mut App) {
     if let Err(RequiredComponentsError::ArchetypeExists(_)) =
         app.try_register_required_components::<Volume3d, C>()

@@ -1,14 +1,15 @@
-//! Octants of directions: those of volume space, and how those of a grid lie in them (pure maths).
+//! Octants of directions: how the octants of a grid lie in those of volume space (pure maths).
 
 use bevy::math::{DMat3, DVec3};
 
-/// The middle of an octant, not of unit length: bit `a` of its number is set on the positive side of axis `a`.
+/// Direction to the middle of an octant, not of unit length. Bit `a` of an octant's number is set on the positive
+/// side of axis `a`.
 pub(super) fn octant_center(octant: usize) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 }))
 }
 
-/// How much of an octant of some axes (columns, of any length) lies in each octant of the frame that they are given in:
-/// shares of its solid angle.
+/// Shares of an octant's solid angle that lie in each octant of a frame. The octant is one of `axes`: columns of any
+/// length, given in that frame.
 pub(super) fn octant_shares(axes: DMat3, octant: usize) -> [f64; 8] {
     let signs = octant_center(octant);
     let cone = [0, 1, 2].map(|axis| signs[axis] * axes.col(axis));
@@ -17,7 +18,7 @@ pub(super) fn octant_shares(axes: DMat3, octant: usize) -> [f64; 8] {
         let sides = DMat3::from_diagonal(octant_center(other));
         let inside = [0, 1, 2].iter().fold(cone.to_vec(), |cone, &axis| cut(&cone, sides.col(axis)));
         let share = solid_angle(&inside) / whole;
-        // What rounding leaves of an octant beside it.
+        // Rounding leaves a sliver of the octant in neighbouring octants.
         if share < 1e-6 { 0.0 } else { share }
     });
     let sum: f64 = shares.iter().sum();
@@ -40,8 +41,8 @@ fn cut(cone: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// The solid angle of a convex cone, given by its edges: of the triangles that it consists of (Van Oosterom and
-/// Strackee 1983).
+/// The solid angle of a convex cone, given by its edges. It is the sum over the triangles that make up the cone (Van
+/// Oosterom and Strackee 1983).
 fn solid_angle(cone: &[DVec3]) -> f64 {
     let triangle = |pair: &[DVec3]| {
         let [a, b, c] = [cone[0], pair[0], pair[1]].map(DVec3::normalize);
@@ -82,7 +83,7 @@ mod tests {
         for (octant, counts) in counts.iter().enumerate() {
             let all: f64 = counts.iter().sum();
             for (share, count) in octant_shares(axes, octant).iter().zip(counts) {
-                // Of 8192 directions some hundred lie along the edges, on either side.
+                // Some hundred of the 8192 directions lie along the edges, on either side.
                 assert!((share - count / all).abs() < 2e-3, "{share}, counted {}", count / all);
             }
         }

@@ -5,22 +5,22 @@ use bevy::prelude::*;
 use super::{MethodBytes, MethodDrawing, MethodKind, MethodSettings, OcclusionRays};
 use crate::volume::VolumeGeometry;
 
-/// Local ambient occlusion, some of its rays in every frame. After a change all rays of the pattern have been
-/// cast when as many frames have passed as it takes; until then what is shown is noisy, or old.
+/// Local ambient occlusion that casts some of its rays in every frame. After a change it takes several frames until
+/// all rays of the pattern have been cast. Until then the image is noisy, or old.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ProgressiveRays {
-    /// The rays that are cast when all frames have passed.
+    /// All rays, which are cast over several frames.
     pub rays: OcclusionRays,
-    /// Rays of every voxel in a frame, at least 1. More cost proportionally more time and lag fewer frames.
+    /// Rays of every voxel in a frame, at least 1. More rays cost proportionally more time and lag fewer frames.
     pub rays_per_frame: u32,
-    /// How much of what was found before counts after a change, 0 to 1. 0 starts anew, which flickers; more is
-    /// steadier and keeps the ghost of what was there for longer. At most 0.99.
+    /// Weight of the old occlusion after a change, from 0 to 0.99. 0 starts anew, which flickers. A higher weight is
+    /// steadier, and the old image stays visible for longer.
     pub kept_on_change: f32,
 }
 
 impl ProgressiveRays {
-    /// These settings within what can be computed.
+    /// Limits these settings to their valid ranges.
     pub(super) fn clamped(self) -> Self {
         let kept = if self.kept_on_change.is_finite() { self.kept_on_change } else { 0.0 };
         Self {
@@ -46,7 +46,7 @@ impl MethodSettings for ProgressiveRays {
         self.rays.kind()
     }
 
-    /// A sum for every voxel.
+    /// Memory of a sum for every voxel.
     fn bytes(&self, dimensions: UVec3) -> MethodBytes {
         MethodBytes::of_buffers(&[4 * dimensions.as_u64vec3().element_product()])
     }

@@ -12,17 +12,17 @@ use crate::volume::VolumeGeometry;
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct OcclusionRays {
-    /// The directions in which a voxel looks. More rays cost proportionally more time and lower the error; few rays
-    /// show as bands in smooth regions.
+    /// Directions of a voxel's rays. More rays cost proportionally more time and lower the error. Few rays show as
+    /// bands in smooth regions.
     pub pattern: RayPattern,
-    /// Samples per ray. More reach farther and cost proportionally more time per recomputed voxel; a carver then
-    /// also makes more voxels recompute. At most [`Self::MAX_STEPS`].
+    /// Samples per ray. More samples reach farther and cost proportionally more time per recomputed voxel. A carver
+    /// then also affects more voxels. At most [`Self::MAX_STEPS`].
     pub steps: u32,
     /// Distance between samples, millimetres; `None` is one voxel, the smallest spacing. Longer steps reach
-    /// farther for the same cost and may step over structures thinner than themselves. At most
+    /// farther for the same cost. They may step over structures thinner than the step. At most
     /// [`Self::MAX_STEP_MM`].
     pub step_mm: Option<f32>,
-    /// For how many voxels rays are cast.
+    /// Share of the voxels that cast rays.
     pub resolution: OcclusionResolution,
 }
 
@@ -32,26 +32,26 @@ impl Default for OcclusionRays {
     }
 }
 
-/// For how many voxels rays are cast.
+/// Share of the voxels that cast rays.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum OcclusionResolution {
-    /// For each.
+    /// Every voxel casts rays.
     #[default]
     Full,
-    /// For every other along each axis, at the middle of 2x2x2: an eighth of the memory, up to an eighth of
-    /// the rays, and blurred.
+    /// Every 2x2x2 voxels cast rays from their middle. This takes an eighth of the memory and as little as an eighth of
+    /// the rays, and blurs.
     Half,
 }
 
 impl OcclusionRays {
-    /// The most samples per ray; more are not taken.
+    /// Largest number of samples per ray; more are not taken.
     pub const MAX_STEPS: u32 = 4096;
-    /// The longest distance between samples, mm.
+    /// Longest distance between samples, mm.
     pub const MAX_STEP_MM: f32 = 1000.0;
 
-    /// These settings within what can be computed.
+    /// Limits these settings to their valid ranges.
     pub(super) fn clamped(self) -> Self {
         Self {
             steps: self.steps.min(Self::MAX_STEPS),
@@ -60,7 +60,7 @@ impl OcclusionRays {
         }
     }
 
-    /// The rays of every voxel under a sky, volume space, those that bring no light left out.
+    /// The rays of every voxel under a sky, volume space, without the rays that bring no light.
     pub fn directions(&self, sky: &Sky) -> Vec<RayDirection> {
         let all = self.pattern.directions();
         let weighted =
@@ -68,13 +68,13 @@ impl OcclusionRays {
         let rays: Vec<_> = weighted.filter(|ray| ray.weight > 0.0).collect();
         let sum: f64 = rays.iter().map(|ray| ray.weight).sum();
         if *sky == Sky::default() || rays.is_empty() {
-            // Of very few rays none may be in the octants chosen.
+            // A pattern of very few rays may have none in the chosen octants.
             return all;
         }
         rays.into_iter().map(|ray| RayDirection { weight: ray.weight / sum, ..ray }).collect()
     }
 
-    /// Distance between samples, mm: the one that is set, or a voxel.
+    /// Distance between samples, mm: the one set, or a voxel.
     pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
         length_mm(self.step_mm, 1.0, geometry)
     }

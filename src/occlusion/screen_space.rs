@@ -8,23 +8,25 @@ use super::{
 };
 use crate::volume::VolumeGeometry;
 
-/// Each view finds the first point along each of its rays where opacity exceeds a threshold, and around it
-/// the points that lie behind what the view sees there. Opaque meshes of the scene and volumes occlude each
-/// other. Costs the same for every frame, whether anything changed or not; knows nothing of what is hidden or
-/// outside of the image.
+/// Occlusion among the surfaces that a view sees.
+///
+/// Each view finds the first point along each of its rays whose opacity reaches a threshold. Points around it count
+/// as occluded where they lie behind a surface that the view sees. Opaque meshes of the scene and volumes occlude
+/// each other. Every frame costs the same, whether anything changed or not. Objects that are hidden or outside of
+/// the image do not occlude.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ScreenSpaceOcclusion {
-    /// Opacity, of a drawing step, from which on a sample is taken for the surface. Lower ones find surfaces
-    /// that are hardly seen; where no sample reaches it there is no occlusion.
+    /// Lowest opacity, of a drawing step, of a sample that counts as the surface. Lower thresholds find surfaces
+    /// that are hardly visible. Where no sample reaches the threshold there is no occlusion.
     pub opacity_threshold: f32,
-    /// How far away is looked for what occludes, mm of the volume; `None` is 20 voxels. Longer ones darken
-    /// larger hollows, and whatever stands in front of something.
+    /// Farthest distance of an occluding surface, mm of the volume; `None` is 20 voxels. A longer radius darkens
+    /// larger hollows, and surfaces beside the outline of something in front of them.
     pub radius_mm: Option<f32>,
-    /// How far something must be in front of a point to occlude it, mm; `None` is half a voxel. Less shows the
-    /// steps of voxels, more loses creases.
+    /// Least distance in front of a point at which a surface occludes it, mm; `None` is half a voxel. A shorter
+    /// bias shows the steps of voxels, a longer one loses creases.
     pub bias_mm: Option<f32>,
-    /// Points looked at around each pixel, at most [`Self::MAX_SAMPLES`]. More cost proportionally more time
+    /// Points tested around each pixel, at most [`Self::MAX_SAMPLES`]. More points cost proportionally more time
     /// and show less noise.
     pub samples: u32,
     /// Whether the noise is blurred, over 4 x 4 pixels.
@@ -32,14 +34,14 @@ pub struct ScreenSpaceOcclusion {
 }
 
 impl ScreenSpaceOcclusion {
-    /// The most points around a pixel.
+    /// Largest number of points around a pixel.
     pub const MAX_SAMPLES: u32 = 256;
     /// The longest radius, mm.
     pub const MAX_RADIUS_MM: f32 = 10_000.0;
-    /// The passes over all views that are shaded, in the diagnostics. They run after drawing.
+    /// Diagnostics span of the passes over all shaded views. They run after drawing.
     pub const SPAN: &str = "contextual_ao/screen_space";
 
-    /// These settings within what can be computed.
+    /// Limits these settings to their valid ranges.
     pub(crate) fn clamped(&self) -> Self {
         let length = |mm: Option<f32>| mm.map(|mm| within(mm, Self::MAX_RADIUS_MM));
         Self {
@@ -56,11 +58,12 @@ impl ScreenSpaceOcclusion {
         [length_mm(self.radius_mm, 20.0, geometry), length_mm(self.bias_mm, 0.5, geometry)]
     }
 
-    /// The points looked at, in radii, around a point whose normal is the z axis: spread evenly over the half
-    /// ball, then drawn towards its middle, to a tenth for the first and hardly for the last (VTK's scale,
-    /// 0.1 + 0.9 (k / samples)^2).
+    /// The points tested around a point whose normal is the z axis, in radii.
+    ///
+    /// They are spread evenly over the half ball, then drawn towards its middle (VTK's scale,
+    /// 0.1 + 0.9 (k / samples)^2). The first point is drawn to a tenth, the last hardly.
     pub fn kernel(&self) -> Vec<Vec3> {
-        // Three numbers whose multiples fill the unit cube evenly: powers of the root of x^4 = x + 1.
+        // Powers of the root of x^4 = x + 1. The multiples of these three numbers fill the unit cube evenly.
         const EVEN: [f64; 3] = [0.8191725133961645, 0.6710436067037893, 0.5497004779019703];
         let count = self.samples.min(Self::MAX_SAMPLES);
         let point = |k: u32| {
@@ -99,7 +102,7 @@ mod tests {
     fn the_kernel_fills_the_half_ball() {
         let kernel = ScreenSpaceOcclusion { samples: 64, ..default() }.kernel();
         assert!(kernel.iter().all(|point| point.z >= 0.0 && point.length() <= 1.0));
-        // Of directions spread evenly the mean is half along the axis and none across.
+        // The mean of evenly spread directions is half along the axis and 0 across it.
         let mean = kernel.iter().map(|point| point.normalize()).sum::<Vec3>() / 64.0;
         assert!(mean.distance(Vec3::new(0.0, 0.0, 0.5)) < 0.05, "{mean}");
     }

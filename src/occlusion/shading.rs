@@ -6,10 +6,10 @@ use bevy::prelude::*;
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct VolumeShading {
-    /// What lights samples.
+    /// The light on samples.
     pub lighting: VolumeLighting,
-    /// Whether samples are darkened by [`AmbientOcclusion`](super::AmbientOcclusion): the ambient and diffuse parts
-    /// where they are lit, else all of the colour. Without it none is computed.
+    /// Whether [`AmbientOcclusion`](super::AmbientOcclusion) darkens samples: the ambient and diffuse parts of lit
+    /// samples, all of the colour of unlit ones. If `false`, no occlusion is computed.
     pub ambient_occlusion: bool,
     /// Distance between samples along a view ray, in units of the smallest voxel spacing. Smaller
     /// steps cost proportionally more drawing time and show fewer slices.
@@ -24,15 +24,15 @@ impl Default for VolumeShading {
     }
 }
 
-/// What lights the samples of a volume.
+/// The light on the samples of a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]
 pub enum VolumeLighting {
-    /// Nothing: the transfer function's colour is shown.
+    /// No light: samples show the transfer function's colour.
     #[default]
     Unlit,
-    /// A light at the camera, by Blinn-Phong. Normals are those of the clipped opacities, or of the distance field
-    /// where an isosurface is drawn alone.
+    /// A light at the camera, by Blinn-Phong. Normals come from the clipped opacities, or from the distance field
+    /// where only an isosurface is drawn.
     Headlight,
 }

@@ -1,14 +1,14 @@
-//! What becomes of occlusion that does not fit the device or the budget.
+//! Fallbacks for occlusion that does not fit the device or the budget.
 
 use bevy::prelude::*;
 
-/// Triggered on a volume whose [`AmbientOcclusion`](super::AmbientOcclusion) cannot be computed as it is set, and again
-/// when the settings or the memory that is missing change.
+/// Event on a volume whose [`AmbientOcclusion`](super::AmbientOcclusion) cannot be computed as set. It is triggered
+/// again when its shortfall changes.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionFailed {
     /// The volume's entity.
     pub entity: Entity,
-    /// What is missing, and what is done instead.
+    /// The memory that is missing, and the fallback.
     pub shortfall: OcclusionShortfall,
 }
 
@@ -16,17 +16,17 @@ pub struct OcclusionFailed {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("its occlusion needs {needed} {limit} {max}: {fallback}")]
 pub struct OcclusionShortfall {
-    /// What it needs: bytes or texels, as `limit` says.
+    /// Amount that the method needs: bytes or texels, as `limit` says.
     pub needed: u64,
-    /// What limits it.
+    /// Kind of limit that is exceeded.
     pub limit: OcclusionLimit,
-    /// What it can have.
+    /// Largest amount that the limit allows.
     pub max: u64,
-    /// What is done instead.
+    /// Occlusion used instead.
     pub fallback: OcclusionFallback,
 }
 
-/// What limits the memory of an occlusion method.
+/// A limit on the memory of an occlusion method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OcclusionLimit {
@@ -36,12 +36,12 @@ pub enum OcclusionLimit {
     /// Texels along an axis of a 3D texture.
     #[error("texels along one axis, and this graphics device holds at most")]
     Texture,
-    /// Bytes that others leave of [`VolumeBudget`](crate::volume::VolumeBudget).
+    /// Bytes of [`VolumeBudget`](crate::volume::VolumeBudget) that others leave.
     #[error("bytes in all, and others leave of VolumeBudget")]
     Budget,
 }
 
-/// What is done in place of a method that does not fit.
+/// Replacement for a method that does not fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OcclusionFallback {
@@ -56,7 +56,7 @@ pub enum OcclusionFallback {
     NoGeometryTerm,
 }
 
-/// Logs it.
+/// Logs a shortfall.
 pub(super) fn warn_of_shortfall(failed: On<OcclusionFailed>) {
     warn!("the volume on {}: {}", failed.entity, failed.shortfall);
 }

@@ -1,17 +1,19 @@
-//! Where the light comes from: a weight for every octant of directions.
+//! Light from each octant of directions.
 
 use bevy::{math::DVec3, prelude::*};
 
 use super::octants::{octant_center, octant_shares};
 use crate::volume::VolumeGeometry;
 
-/// How much light comes from each octant of directions: the optional weights w_k of the CAO paper (section
-/// 3.5, equation 3), and the chosen octants of occlusion sweeping (Singh et al., section 3 and figure 7).
+/// Weights of the light from each octant of directions.
 ///
-/// Octants are those of volume space ([`VolumeGeometry`]): bit 0 of an octant's number is set on the side of +x, bit 1
-/// on that of +y, bit 2 on that of +z. The sky turns with the volume. Only the weights' ratios count. All alike, the
-/// default, is an overcast sky on all sides; rays of weight 0 are not cast. Sweeping goes along the axes of the grid:
-/// where they are not those of volume space, it takes for a grid's octant the mean over its directions.
+/// They are the optional weights w_k of the CAO paper (section 3.5, equation 3). They are also the chosen octants of
+/// occlusion sweeping (Singh et al., section 3 and figure 7).
+///
+/// Octants are those of volume space ([`VolumeGeometry`]). Bit 0 of an octant's number is set on the side of +x, bit 1
+/// on that of +y, bit 2 on that of +z. The sky turns with the volume. Only the weights' ratios count. Equal weights,
+/// the default, are an overcast sky on all sides. Rays of weight 0 are not cast. Sweeping goes along the axes of the
+/// grid. Where these differ from the axes of volume space, a grid's octant gets the mean weight of its directions.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct Sky(pub [f32; 8]);
@@ -23,27 +25,27 @@ impl Default for Sky {
 }
 
 impl Sky {
-    /// Light from a single octant: a low-frequency shadow (Singh et al., section 4.1).
+    /// Light from a single octant, which gives a low-frequency shadow (Singh et al., section 4.1).
     pub fn octant(octant: usize) -> Self {
         let mut weights = [0.0; 8];
         weights[octant % 8] = 1.0;
         Self(weights)
     }
 
-    /// Light from the four octants, more or fewer, that lie in a direction of volume space: a cloudy day,
-    /// where it is upwards (+y).
+    /// Light from the octants, about four, on the side of a direction of volume space. Upwards (+y) gives a cloudy
+    /// day.
     pub fn above(up: Vec3) -> Self {
         Self(core::array::from_fn(|octant| f32::from(octant_center(octant).dot(up.as_dvec3()) > 1e-3)))
     }
 
-    /// The weights with a mean of 1; all alike where they are no weights.
+    /// The weights scaled to a mean of 1; all 1 if no weight is valid and above 0.
     pub fn normalized(&self) -> [f32; 8] {
         let weights = self.0.map(|weight| if weight.is_finite() { weight.max(0.0) } else { 0.0 });
         let mean = weights.iter().sum::<f32>() / 8.0;
         if mean > 0.0 { weights.map(|weight| weight / mean) } else { [1.0; 8] }
     }
 
-    /// The weight of a direction, volume space; between octants the mean of theirs.
+    /// The weight of a direction, volume space. On the border between octants it is the mean of their weights.
     pub(super) fn weight(&self, direction: DVec3) -> f64 {
         let weights = self.normalized();
         let touched = (0..8).filter(|&octant| (octant_center(octant) * direction).min_element() > -1e-9);
@@ -51,7 +53,7 @@ impl Sky {
         f64::from(sum) / f64::from(count.max(1))
     }
 
-    /// The weights of the octants of a grid's axes: bit `a` of an octant's number is set where directions go to larger
+    /// The weights of the octants of a grid's axes. Bit `a` of an octant's number is set where directions go to larger
     /// indices along axis `a`.
     pub(crate) fn of_grid(&self, geometry: &VolumeGeometry) -> [f32; 8] {
         let weights = self.normalized();
@@ -75,7 +77,7 @@ mod tests {
     fn directions_have_the_weights_of_their_octants() {
         let sky = Sky([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
         assert!((sky.weight(DVec3::new(0.1, -0.2, 0.3)) - 6.0 / 4.5).abs() < 1e-6);
-        // Along an axis: the four octants around it.
+        // Along an axis: the mean of the four octants around the axis.
         assert!((sky.weight(DVec3::Z) - 6.5 / 4.5).abs() < 1e-6);
         assert_eq!(Sky::above(Vec3::Y).0, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0]);
         assert_eq!(Sky::octant(3).normalized()[3], 8.0);
@@ -91,11 +93,11 @@ mod tests {
             sky.of_grid(&geometry).map(|weight| 4.5 * weight)
         };
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
-        // Exactly, however the grid is stretched.
+        // Equal bit for bit, however the grid is stretched.
         assert_eq!(grid(DMat3::from_cols(2.0 * x, y, 9.0 * z)), sky.0);
         let turned = grid(DMat3::from_cols(-x, z, y));
         assert_eq!(turned, [2.0, 1.0, 6.0, 5.0, 4.0, 3.0, 8.0, 7.0]);
-        // Half-way between two axes, an octant lies half in one and half in another.
+        // Half-way between two axes, an octant of the grid lies half in each of two octants of volume space.
         let half = (x + y).normalize();
         let turned = grid(DMat3::from_cols(half, half.cross(-z), z));
         assert!((turned[7] - 0.5 * (7.0 + 8.0)).abs() < 1e-5, "{turned:?}");

@@ -4,20 +4,21 @@ use bevy::{prelude::*, render::extract_resource::ExtractResource};
 
 use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels};
 
-/// Light that enters the grid on all sides and goes on from voxel to voxel, in eight diagonal sweeps, one for
-/// each octant of directions; [`Sky`](super::Sky) chooses among them. The whole volume occludes, however far
-/// away. Every change sweeps the whole volume.
+/// Occlusion by light that enters the grid on all sides and goes on from voxel to voxel.
+///
+/// Each octant of directions has a diagonal sweep; [`Sky`](super::Sky) weights the eight octants. The whole volume
+/// occludes, however far away. Every change sweeps the whole volume.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct OcclusionSweeping {
-    /// What stops the light.
+    /// The opacity or the surface that stops the light.
     pub surface: SweepingSurface,
-    /// How surfaces turned away from an octant are lit by it.
+    /// How an octant lights surfaces that are turned away from it.
     pub geometry_term: GeometryTerm,
-    /// The paper's alpha of translucency (equation 8), 0 to 1: less lets more light through.
+    /// The paper's alpha of translucency (equation 8), 0 to 1. Lower values let more light through.
     pub opacity: f32,
-    /// What is found is raised to 1 / gamma. Above 1 brightens, for the light that is reflected; the paper's
-    /// pictures have 2. From 0.1 to 10.
+    /// The light that reaches a point is raised to 1 / gamma. Values above 1 brighten, to stand for reflected light;
+    /// the paper's pictures use 2. From 0.1 to 10.
     pub gamma: f32,
 }
 
@@ -33,15 +34,15 @@ impl Default for OcclusionSweeping {
 }
 
 impl OcclusionSweeping {
-    /// The passes over all volumes that are swept, in the diagnostics.
+    /// Diagnostics span of the passes over all swept volumes.
     pub const SPAN: &str = "contextual_ao/sweep";
     /// Voxels along each side of a tile, as in `sweep.wgsl`.
     pub(crate) const TILE: u32 = 8;
 
-    /// These settings within what can be computed.
+    /// Limits these settings to their valid ranges.
     pub(super) fn clamped(self) -> Self {
         let surface = match self.surface {
-            // Nothing is inside.
+            // No voxel is inside such a surface.
             SweepingSurface::Isovalue(value) if value.is_nan() => SweepingSurface::Isovalue(f32::INFINITY),
             SweepingSurface::Isosurface(value) if value.is_nan() => {
                 SweepingSurface::Isosurface(f32::INFINITY)
@@ -56,22 +57,22 @@ impl OcclusionSweeping {
         }
     }
 
-    /// The same without a geometry term; `None` where there is none.
+    /// The same settings without their geometry term; `None` if they have none.
     pub(super) fn without_geometry_term(self) -> Option<Self> {
         self.keeps_octants().then_some(Self { geometry_term: GeometryTerm::None, ..self })
     }
 
-    /// Whether what each octant sees is kept, or their mean.
+    /// Whether the light of each octant is kept, instead of the octants' mean.
     pub(crate) fn keeps_octants(&self) -> bool {
         self.geometry_term != GeometryTerm::None
     }
 
-    /// Whether a surface is drawn alone.
+    /// Whether only a surface is drawn.
     pub(crate) fn draws_surface(&self) -> bool {
         matches!(self.surface, SweepingSurface::Isosurface(_))
     }
 
-    /// Bytes of the light between tiles, of what is found of the voxels, and of their distances.
+    /// Bytes of the light between tiles, of the light at the voxels, and of the voxels' distances.
     pub(crate) fn buffer_bytes(&self, dimensions: UVec3) -> [u64; 3] {
         let voxels = dimensions.as_u64vec3().element_product();
         let columns = (dimensions.map(|count| count.div_ceil(Self::TILE)) * Self::TILE).as_u64vec3();
@@ -103,33 +104,31 @@ impl MethodSettings for OcclusionSweeping {
     }
 }
 
-/// Sweeps distances alone, without light, while `true`: what the occlusion of an isosurface adds to its distance
-/// field can be measured so. The occlusion stays what it was.
+/// Whether sweeps find distances alone, without light. This serves to measure what the occlusion of an isosurface
+/// costs beyond its distance field. The occlusion stays as it was.
 #[derive(Resource, ExtractResource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct SweepDistancesAlone(pub bool);
 
-/// What stops light that sweeps through a volume.
+/// The opacity or surface that stops light on its way through a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SweepingSurface {
-    /// The opacity of every voxel, over the mean of the three spacings: light takes as many steps along each
-    /// axis.
+    /// The opacity of every voxel, over the mean of the three spacings: light takes as many steps along each axis.
     #[default]
     Opacity,
-    /// The surface at an intensity, in the file's units, as in the paper: by a signed distance field, found in
-    /// the same sweeps (equations 1 and 7; h is the smallest spacing in the latter). What is clipped lies
-    /// outside.
+    /// The surface at an intensity, in the file's units, as in the paper. The same sweeps find its signed distance
+    /// field (equations 1 and 7; h in equation 7 is the smallest spacing). Clipped points lie outside.
     Isovalue(f32),
-    /// The same, and this surface alone is drawn, in every shading mode: opaque, with the transfer function's
-    /// colours and the distance field's gradient for a normal. View rays leap by the distances. Eight bytes a
+    /// The same surface, which alone is drawn, in every shading mode. It is opaque, with the transfer function's
+    /// colours; its normals are the distance field's gradients. View rays leap by the distances. Costs eight bytes a
     /// voxel more.
     Isosurface(f32),
 }
 
 impl SweepingSurface {
-    /// The intensity of the surface, if it is one, in the file's units.
+    /// Intensity of the surface, in the file's units; `None` for [`SweepingSurface::Opacity`].
     pub fn isovalue(self) -> Option<f32> {
         match self {
             Self::Opacity => None,
@@ -143,12 +142,12 @@ impl SweepingSurface {
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum GeometryTerm {
-    /// Not at all: the octants' mean, a byte a voxel. Edges are somewhat brighter.
+    /// No dependence: the octants' mean is kept, a byte a voxel. Edges are somewhat brighter.
     #[default]
     None,
-    /// By the cosine, integrated over the octant (equation 5), at every sample that is drawn: eight bytes a
-    /// voxel, and gradients for every sample.
+    /// By the cosine, integrated over the octant (equation 5), at every drawn sample. Costs eight bytes a voxel, and
+    /// a gradient for every sample.
     Cosine,
-    /// The same on both sides of a surface (section 4.2), for translucency.
+    /// By the cosine on both sides of a surface (section 4.2), for translucency.
     BothSides,
 }

@@ -1,25 +1,26 @@
-//! What the texels of a volume's occlusion texture hold: what computes them and what draws them agree by this.
+//! Content of the texels of a volume's occlusion texture. The passes that write it and the material agree by this.
 
 use bevy::prelude::*;
 
-/// Kinds of texels.
+/// Kinds of texels of an occlusion texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum OcclusionTexels {
-    /// The factor of a voxel.
+    /// The occlusion factor of a voxel.
     #[default]
     Factors,
-    /// The factor of 2x2x2 voxels.
+    /// The occlusion factor of 2x2x2 voxels.
     HalfFactors,
-    /// The factor of a voxel and the share of its opacity that is drawn.
+    /// The occlusion factor of a voxel, and the share of its opacity that is drawn.
     Modulated,
-    /// How much light each octant of directions brings to a voxel: four in a texel, the other four as many texels
-    /// farther along z as there are voxels. Of sweeping alone.
+    /// The light that each octant of directions brings to a voxel. Used by sweeping alone.
+    ///
+    /// A texel holds four octants. The texel of the other four lies farther along z, by the number of voxels along z.
     Octants,
 }
 
 impl OcclusionTexels {
-    /// Number of texels for a volume of so many voxels.
+    /// Number of texels along each axis for a volume of `voxels`.
     pub(crate) fn size(self, voxels: UVec3) -> UVec3 {
         match self {
             Self::Factors | Self::Modulated => voxels,
@@ -28,7 +29,7 @@ impl OcclusionTexels {
         }
     }
 
-    /// Voxels along each side of what a texel is of.
+    /// Voxels along each side of the block that a texel stands for.
     pub(crate) fn stride(self) -> u32 {
         match self {
             Self::HalfFactors => 2,
@@ -36,18 +37,18 @@ impl OcclusionTexels {
         }
     }
 
-    /// Whether a texel is one number, stored as opacities are; others are four bytes.
+    /// Whether a texel is one number, stored as opacities are. Other texels are four bytes.
     pub(crate) fn is_scalar(self) -> bool {
         matches!(self, Self::Factors | Self::HalfFactors)
     }
 
-    /// Bytes of all of them; a scalar is stored in so many.
+    /// Bytes of all texels; `scalar` is the bytes of one number.
     pub(crate) fn bytes(self, voxels: UVec3, scalar: u64) -> u64 {
         let texel = if self.is_scalar() { scalar } else { 4 };
         texel * self.size(voxels).as_u64vec3().element_product()
     }
 
-    /// What the material is compiled with.
+    /// Shader definition that the material is compiled with.
     pub(crate) fn shader_def(self) -> Option<&'static str> {
         match self {
             Self::Factors | Self::HalfFactors => None,

@@ -1,5 +1,5 @@
-//! Whether structs and constants that stand in Rust and in WGSL are the same in both: structs member by member,
-//! by name, type and place, so that two of one type cannot be swapped.
+//! Tests that shared structs and constants agree in Rust and WGSL. Structs are compared member by member, by name,
+//! type and offset, so that two members of one type cannot be swapped.
 
 use bevy::render::render_resource::{ShaderType, encase::private::StructMetadata};
 use naga::{ArraySize, Handle, Module, Scalar, ScalarKind, StructMember, Type, TypeInner};
@@ -39,13 +39,13 @@ const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
 const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
 const OCTANTS: &str = include_str!("methods/sweeping/octants.wgsl");
 
-/// A member of a struct: its name, its type as Rust writes it, its offset.
+/// Name, Rust type and offset of a struct's member.
 type Member = (String, String, u64);
 
-/// The size of a struct, and its members.
+/// Size and members of a struct.
 type Layout = (u64, Vec<Member>);
 
-/// A struct that stands in both.
+/// A struct that is defined in both Rust and WGSL.
 struct Shared {
     rust: String,
     wgsl: &'static str,
@@ -63,7 +63,7 @@ fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl
     }
 }
 
-/// All of them; a test says so.
+/// All shared structs. A test checks that none is missing.
 fn all_shared() -> [Shared; 13] {
     [
         shared::<VolumeUniform, _>("VolumeUniform"),
@@ -82,7 +82,7 @@ fn all_shared() -> [Shared; 13] {
     ]
 }
 
-/// The texts of all files in `src` whose names end so.
+/// Texts of all files in `src` whose names have this ending.
 fn sources(ending: &str) -> Vec<String> {
     let project = std::env::var("CARGO_MANIFEST_DIR");
     let project = project.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR"));
@@ -100,7 +100,7 @@ fn sources(ending: &str) -> Vec<String> {
     texts
 }
 
-/// A struct's text, the same in Rust and WGSL but for its members.
+/// Text of a struct. Rust and WGSL differ in the text of members alone.
 fn struct_text<'a>(sources: &'a [String], name: &str) -> &'a str {
     let header = format!("struct {name} {{\n");
     let found: Vec<_> =
@@ -109,7 +109,7 @@ fn struct_text<'a>(sources: &'a [String], name: &str) -> &'a str {
     text.split_inclusive("\n}").next().expect("the struct ends")
 }
 
-/// Names and types are in the source alone.
+/// Layout of a struct in Rust. Names and types are in the source alone.
 fn rust_layout(sources: &[String], shared: &Shared) -> Layout {
     let lines = struct_text(sources, &shared.rust).lines().map(str::trim);
     let members = lines.filter(|line| !line.starts_with("//")).filter_map(|line| {
@@ -122,7 +122,7 @@ fn rust_layout(sources: &[String], shared: &Shared) -> Layout {
     (shared.size, members.into_iter().zip(&shared.offsets).map(with_offset).collect())
 }
 
-/// The layout of a struct that has no other struct in it.
+/// Layout of a WGSL struct that contains no other struct.
 fn wgsl_layout(sources: &[String], name: &str) -> Layout {
     let module = naga::front::wgsl::parse_str(struct_text(sources, name)).expect("the struct is valid");
     let found = module.types.iter().find(|(_, found)| found.name.as_deref() == Some(name));
@@ -135,7 +135,7 @@ fn wgsl_layout(sources: &[String], name: &str) -> Layout {
     ((*span).into(), members.iter().map(member).collect())
 }
 
-/// The type of a WGSL member as Rust writes it. That it is atomic is the shader's affair.
+/// Rust type of a WGSL member. An atomic member counts as its scalar.
 fn rust_type(module: &Module, handle: Handle<Type>) -> String {
     let name = |scalar: Scalar| match scalar.kind {
         ScalarKind::Float => "f32",
@@ -162,7 +162,7 @@ fn structs_have_the_same_members_in_rust_and_wgsl() {
     for shared in all_shared() {
         assert_eq!(rust_layout(&rust, &shared), wgsl_layout(&wgsl, shared.wgsl), "{}", shared.rust);
     }
-    // Of the shaders alone, but for their sizes.
+    // These structs are in shaders alone. Rust knows only their sizes.
     let head = wgsl_layout(&wgsl, "Head");
     assert_eq!(head, wgsl_layout(&wgsl, "ListedHead"));
     assert_eq!(head.0, u64::from(4 * LIST_HEAD));
@@ -181,7 +181,7 @@ fn no_shared_struct_goes_unlisted() {
     let derived: BTreeSet<_> =
         derived.filter_map(|head| Some(head.rsplit_once("struct ")?.1.to_owned())).collect();
     let mut expected: BTreeSet<_> = listed.iter().map(|shared| shared.rust.clone()).collect();
-    // An array, of `Carver`, in WGSL.
+    // In WGSL it is an array of `Carver`.
     expected.insert("CarverTable".into());
     assert_eq!(derived, expected, "what derives `ShaderType`");
 
@@ -195,7 +195,7 @@ fn no_shared_struct_goes_unlisted() {
         element.starts_with(char::is_uppercase).then_some(element)
     });
     let bound: BTreeSet<_> = bound.collect();
-    // The first three are of the shaders alone, the last is Bevy's.
+    // The first three are in shaders alone, the last is Bevy's.
     let others = ["WorkList", "List", "Progress", "View"];
     let expected: BTreeSet<_> =
         listed.iter().map(|shared| shared.wgsl).chain(others).map(String::from).collect();

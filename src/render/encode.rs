@@ -1,4 +1,4 @@
-//! The frame as a list of passes. What is in the list was decided in `carvers::plan`, `plan` and the methods.
+//! The frame as a list of passes. `carvers::plan`, `plan` and the methods decided its contents.
 
 use bevy::{
     prelude::*,
@@ -42,7 +42,7 @@ pub(crate) fn encode_passes(
     };
     let mut frame = Frame::new(ctx, &queue, &timing);
 
-    // Step II: depth maps of carvers whose mesh changed, when it is known how many layers they need.
+    // Step II: depth maps of carvers whose mesh changed, once the number of layers they need is known.
     let source = MeshSource { cache: &cache, meshes: &meshes, allocator: &allocator };
     frame.pass(SPAN_COUNT, &carver_plan.counts, |encoder, job| {
         job.encode(encoder, &count, textures, &source);
@@ -51,7 +51,7 @@ pub(crate) fn encode_passes(
         job.encode(encoder, &peel, textures, &source);
     });
 
-    // Step III: dilation maps of those, and of carvers whose scale or reach changed.
+    // Step III: dilation maps of these carvers, and of carvers whose scale or reach changed.
     frame.pass(SPAN_DILATE, &carver_plan.dilations, |encoder, job| {
         job.encode(encoder, &dilate, textures, &cache);
     });
@@ -63,8 +63,8 @@ pub(crate) fn encode_passes(
         ranges.encode(encoder, [&job.groups.volume, group], Groups::Invocations(job.bricks), &cache);
     });
 
-    // Step IV: find the bricks that a changed carver can affect, clip their voxels, and measure how
-    // far all bricks are from anything that can be seen.
+    // Step IV: find the bricks that a changed carver can affect, and clip their voxels. Then measure the
+    // distance of all bricks from anything visible.
     let changed = clips.iter().filter_map(|job| Some((job, job.carve.as_ref()?)));
     frame.pass(SPAN_CULL, changed.clone(), |encoder, (job, carve)| {
         let groups = [&job.groups.volume, &carve.cull, &carve.bricks];

@@ -1,4 +1,4 @@
-//! From the main world to the render world: the scene as this frame needs it.
+//! Extraction of the scene, as this frame needs it, from the main world to the render world.
 
 use bevy::{
     math::{Affine3A, DAffine3, DVec3},
@@ -25,7 +25,7 @@ use crate::{
 pub(crate) struct ExtractedScene {
     pub volumes: Vec<ExtractedVolume>,
     pub carvers: Vec<ExtractedCarver>,
-    /// Carvers that are too many, with their meshes.
+    /// Carvers beyond [`MAX_CARVERS`], with their meshes.
     pub beyond_most: Vec<(Entity, AssetId<Mesh>)>,
     pub clip_settings: ClipSettings,
     pub clip_capacity: ClipCapacity,
@@ -35,28 +35,28 @@ pub(crate) struct ExtractedScene {
 
 pub(crate) struct ExtractedVolume {
     pub entity: MainEntity,
-    /// The entity whose mesh is its box; views that show the box see the volume.
+    /// The entity whose mesh is the volume's box. Views that show the box see the volume.
     pub drawn_on: Option<MainEntity>,
     pub geometry: VolumeGeometry,
     pub table: LookupTable,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
-    /// Whether all occlusion is computed anew in every frame. `occlusion` does not tell.
+    /// Whether all occlusion is recomputed in every frame. `occlusion` does not hold this setting.
     pub recomputes_all: bool,
-    /// Whether the occlusion that is asked for can be had.
+    /// Whether any occlusion can be computed for the volume.
     pub has_occlusion: bool,
-    /// Whether other occlusion is wanted, whose pipelines are being compiled.
+    /// Whether different occlusion is wanted, whose pipelines are being compiled.
     pub awaits_pipelines: bool,
     /// Volume space (mm) to the world.
     pub world_from_local: Affine3A,
-    /// The carvers that act on it, as indices of the scene's, each with the way from volume space (mm) to the
-    /// carver's space.
+    /// Carvers that act on the volume, as indices into the scene's carvers. Each has the transform from volume space
+    /// (mm) to the carver's space.
     pub carvers: Vec<(usize, DAffine3)>,
-    /// Whether it has a place in the world: a collapsed volume keeps what it has, and waits.
+    /// Whether the volume's transform is invertible. A collapsed volume keeps its resources, and waits.
     pub is_placed: bool,
 }
 
-/// How far a carver acts on voxels, as radii of balls in the world.
+/// Distances at which a carver acts on voxels, as radii of balls in the world.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Influence {
     /// Contains the occlusion reach around a voxel.
@@ -75,12 +75,12 @@ impl Influence {
 }
 
 impl ExtractedVolume {
-    /// Whether its occlusion method draws it, in place of the material.
+    /// Whether the occlusion method draws the volume, in place of the material.
     pub fn is_drawn_by_method(&self) -> bool {
         self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.ambient_occlusion
     }
 
-    /// The influence on this volume, however it is scaled.
+    /// Influence of carvers on this volume, at its scale in the world.
     pub fn influence(&self) -> Influence {
         // Rounding must not make a length too short.
         let stretch = longest_stretch(self.world_from_local.matrix3.as_dmat3()) as f32 * 1.001;
@@ -99,11 +99,11 @@ pub(crate) struct ExtractedCarver {
     pub frame: ClipFrame,
     pub revision: u32,
     pub world_from_local: Affine3A,
-    /// Whether it has a place in the world: a collapsed carver keeps its maps, and carves nothing.
+    /// Whether the carver's transform is invertible. A collapsed carver keeps its maps, and carves nothing.
     pub is_placed: bool,
 }
 
-/// Copies what the passes need. A volume without its table is not ready to be shown.
+/// Copies the inputs of the passes. A volume without its lookup table is not ready to be shown.
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     mut timing: ResMut<TimesByClock>,
@@ -145,7 +145,7 @@ pub(crate) fn extract_scene(
             is_placed: is_invertible(transform),
         })
     }));
-    // The same carvers act in every frame, whatever order a query gives: those that were spawned first.
+    // The same carvers act in every frame, whatever the order of the query: active ones first, by order of spawning.
     scene.carvers.sort_unstable_by_key(|carver| (!carver.clip_mesh.is_active, carver.order));
     let first_beyond = scene.carvers.len().min(MAX_CARVERS);
     scene.beyond_most =
@@ -172,8 +172,8 @@ pub(crate) fn extract_scene(
     }));
 }
 
-/// Whether counters can be read back. On a device without queries Bevy 0.19.1 reads their buffers before they are
-/// mapped, and panics (`FrameData::finish` in `bevy_render/src/diagnostic/internal.rs`).
+/// Whether counters can be read back. On a device without queries Bevy 0.19.1 reads the counters' buffers before they
+/// are mapped, and panics (`FrameData::finish` in `bevy_render/src/diagnostic/internal.rs`).
 fn counts_arrive(device: &RenderDevice) -> bool {
     let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
     let arrive = device.features().intersects(queries);

@@ -1,12 +1,12 @@
 //! The passes, in the render world. This file only wires them up:
 //!
-//! main world → `extract` → `windows` (who sees what) → `carvers`, `volumes` (what stays on the GPU) → `plan` (what
-//! this frame needs) → `encode` (the passes, in order).
+//! main world → `extract` → `windows` (views of each volume) → `carvers`, `volumes` (resources on the GPU) → `plan`
+//! (passes that this frame needs) → `encode` (the passes, in order).
 //!
-//! Folders by the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V;
-//! `rays` is the paper's). `views` is what passes share with drawing (VI, `material`), `gpu` what passes are made of.
-//! Each imports only from those before it in this order: `gpu`, `extract`, `windows`, `carvers`, `volumes`, `clipping`,
-//! `views`, `methods`, `plan`, `encode`.
+//! Folders follow the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V;
+//! `rays` is the paper's). `views` holds shaders shared with drawing (VI, `material`), `gpu` the building blocks of
+//! passes. Each module imports only from modules before it in this order: `gpu`, `extract`, `windows`, `carvers`,
+//! `volumes`, `clipping`, `views`, `methods`, `plan`, `encode`.
 
 #[cfg(all(test, feature = "other_methods"))]
 mod agreement;
@@ -56,15 +56,15 @@ pub use volumes::{
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
 
-/// Where the passes' systems run, in the render world.
+/// System sets of the passes, in the render world.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum OcclusionRenderSystems {
-    /// In [`Render`]: what stays on the GPU is made. Whatever binds it comes after.
+    /// In [`Render`]: makes the resources that stay on the GPU. Systems that bind them run after this set.
     Keep,
-    /// In [`Render`]: it is decided what this frame needs.
+    /// In [`Render`]: decides which passes this frame needs.
     Plan,
-    /// In [`RenderGraph`]: the passes are encoded, once for all cameras and before any.
+    /// In [`RenderGraph`]: encodes the passes, once for all cameras and before any camera.
     Encode,
 }
 

@@ -1,5 +1,4 @@
-//! Decides, before anything is encoded, what this frame needs of every volume: a frame in which nothing changed
-//! needs nothing.
+//! Decides which passes this frame needs for every volume, before any is encoded. A frame without changes needs none.
 
 use bevy::prelude::*;
 
@@ -23,13 +22,13 @@ use super::{
 };
 use crate::diagnostics::ReportChannel;
 
-/// The passes of step IV of this frame. Those of step V are with the methods.
+/// Passes of step IV in this frame. The methods hold the passes of step V.
 #[derive(Resource, Default)]
 pub(crate) struct VolumePlan {
     pub clips: Vec<ClipJob>,
 }
 
-/// Writes what the shaders read and plans the passes over volumes.
+/// Writes the inputs of the shaders and plans the passes over volumes.
 pub(crate) fn plan_volumes(
     scene: Res<ExtractedScene>,
     windows: Res<VolumeWindows>,
@@ -54,11 +53,11 @@ pub(crate) fn plan_volumes(
             continue;
         };
         let are_ready = pipelines.are_there_for(&volume.occlusion.method);
-        // Until all carvers carve, nothing is final.
+        // No result is final until all carvers carve.
         let is_final = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !carver_plan.waits;
         ready.push((volume.entity.id(), is_final));
         if !windows.show(volume) {
-            // Whatever changes meanwhile is found by comparison when it is seen again.
+            // Changes made meanwhile are found by comparison when the volume is seen again.
             continue;
         }
         let carvers = carvers_of(volume, &scene, &carver_plan);
@@ -76,7 +75,7 @@ pub(crate) fn plan_volumes(
     }
 }
 
-/// The carvers that act on a volume, as its shaders see them, with the revision of their maps.
+/// Uniforms of the carvers that act on a volume, each with the revision of its maps.
 fn carvers_of(
     volume: &ExtractedVolume,
     scene: &ExtractedScene,
@@ -90,7 +89,7 @@ fn carvers_of(
     carving.collect()
 }
 
-/// Writes what all shaders read of a volume. Returns whether it is drawn otherwise than before.
+/// Writes the data of a volume that all shaders read. Returns whether the volume is drawn differently than before.
 fn write_volume(
     volume: &ExtractedVolume,
     resources: &mut VolumeResources,
@@ -111,7 +110,7 @@ fn write_volume(
     write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue)
 }
 
-/// What planning the passes over one volume takes.
+/// Inputs for planning the passes over one volume.
 struct Planning<'a, 'w> {
     scene: &'a ExtractedScene,
     windows: &'a VolumeWindows,

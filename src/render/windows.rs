@@ -1,4 +1,4 @@
-//! Which views look at a volume, and through which pixels: found once a frame.
+//! Windows of views onto volumes, found once a frame.
 
 use bevy::{
     ecs::{query::QueryData, system::SystemParam},
@@ -15,29 +15,29 @@ use bevy::{
 
 use super::extract::{ExtractedScene, ExtractedVolume};
 
-/// A view of a volume, as `Window` in WGSL (`window.wgsl`).
+/// Window of a view onto a volume, `Window` in WGSL (`window.wgsl`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct WindowUniform {
     pub view_from_clip: Mat4,
     pub world_from_view: Mat4,
     /// Origin and size, pixels.
     pub viewport: Vec4,
-    /// Pixels in which the volume may be seen.
+    /// First and end of the pixels in which the volume may be seen.
     pub first: UVec2,
     pub end: UVec2,
 }
 
-/// The windows onto every volume; none onto one that nobody sees.
+/// Windows onto every volume. A volume that no view shows has none.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeWindows(HashMap<MainEntity, Vec<VolumeWindow>>);
 
 impl VolumeWindows {
-    /// Those onto a volume, by its entity in the main world.
+    /// Windows onto a volume, given by its entity in the main world.
     pub fn onto(&self, volume: MainEntity) -> &[VolumeWindow] {
         self.0.get(&volume).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether anybody sees a volume: what is not seen is not computed.
+    /// Whether any view shows a volume. Nothing is computed for an unseen volume.
     pub fn show(&self, volume: &ExtractedVolume) -> bool {
         !self.onto(volume.entity).is_empty()
     }
@@ -58,18 +58,18 @@ pub(crate) struct Views<'w, 's> {
     cameras: Query<'w, 's, View, With<ExtractedCamera>>,
 }
 
-/// A view of one volume.
+/// Window of a view onto one volume.
 pub(crate) struct VolumeWindow {
     /// The entity of the view.
     pub view: Entity,
     pub uniform: WindowUniform,
-    /// From volume space (mm).
+    /// Transform from volume space (mm) to clip space.
     clip_from_local: Mat4,
 }
 
 impl VolumeWindow {
-    /// The part of it in which some boxes may be seen, each given by its corners in volume space (mm);
-    /// `None` if there is none.
+    /// Part of the window in which some boxes may be seen, each given by its corners in volume space (mm).
+    /// `None` if no box may be seen.
     pub fn around(&self, boxes: &[[Vec3; 8]]) -> Option<WindowUniform> {
         let WindowUniform { viewport, first, end, .. } = self.uniform;
         let parts = boxes.iter().map(|corners| pixels_of_box(self.clip_from_local, *corners, viewport));
@@ -88,7 +88,7 @@ pub(crate) fn find_windows(scene: Res<ExtractedScene>, views: Views, mut windows
 }
 
 impl Views<'_, '_> {
-    /// The windows onto a volume, of those views that show it.
+    /// Windows onto a volume, in the views that show it.
     fn of(&self, volume: &ExtractedVolume) -> Vec<VolumeWindow> {
         self.cameras
             .iter()
@@ -102,7 +102,7 @@ fn shows(visible: &RenderVisibleEntities, mesh: MainEntity) -> bool {
     visible.get::<Mesh3d>().is_some_and(|meshes| meshes.iter_visible().any(|(_, other)| *other == mesh))
 }
 
-/// The pixels of a view in which a volume's box may be.
+/// Window of a view around a volume's box. `None` if the box is out of view.
 fn window(
     entity: Entity,
     view: &ExtractedView,
@@ -131,7 +131,7 @@ fn pixels_of_box(clip_from_local: Mat4, corners: [Vec3; 8], viewport: Vec4) -> (
     for corner in corners {
         let clip = clip_from_local * corner.extend(1.0);
         if clip.w <= 0.0 || clip.z > clip.w {
-            // In front of the near plane: its image is anywhere.
+            // The corner is in front of the near plane. The box's image may be anywhere.
             (lower, upper) = (Vec2::ZERO, size);
             break;
         }
@@ -139,7 +139,7 @@ fn pixels_of_box(clip_from_local: Mat4, corners: [Vec3; 8], viewport: Vec4) -> (
         lower = lower.min(place);
         upper = upper.max(place);
     }
-    // A pixel more on every side, for rounding.
+    // One more pixel on every side allows for rounding.
     let first = (origin + (lower - 1.0).floor().clamp(Vec2::ZERO, size)).as_uvec2();
     let end = (origin + (upper + 1.0).ceil().clamp(Vec2::ZERO, size)).as_uvec2();
     (first, end)

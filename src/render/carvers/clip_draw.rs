@@ -1,4 +1,4 @@
-//! Step II: drawing a clip mesh from its clip camera, in the ways that finding its layers takes.
+//! Step II: draws of a clip mesh from its clip camera, which find its layers.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -24,16 +24,16 @@ use bevy::{
 
 use super::clip_textures::{COUNT_FORMAT, SURFACE_FORMAT};
 
-/// What is drawn of a clip mesh.
+/// Result of one draw of a clip mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Draw {
-    /// The number of surfaces in all.
+    /// Number of all surfaces.
     Count,
-    /// The number of surfaces up to one drawn before.
+    /// Number of surfaces up to a surface drawn before.
     Passed,
     /// The surface nearest to the clip camera.
     Nearest,
-    /// The next behind one drawn before.
+    /// The next surface behind a surface drawn before.
     Next,
     /// The farthest surface.
     Farthest,
@@ -46,12 +46,12 @@ impl Draw {
         matches!(self, Self::Count | Self::Passed)
     }
 
-    /// Whether it looks at a surface drawn before.
+    /// Whether the draw compares with a surface drawn before.
     fn compares(self) -> bool {
         matches!(self, Self::Passed | Self::Next)
     }
 
-    /// The depth of a texel without a surface: near 1 and far 0, so that nothing is between.
+    /// Depth of a texel without a surface: near is 1 and far is 0, so that no point is between.
     fn cleared_depth(self) -> f32 {
         if self == Self::Farthest { 0.0 } else { 1.0 }
     }
@@ -143,8 +143,8 @@ impl SpecializedRenderPipeline for ClipDrawPipeline {
 }
 
 impl ClipDrawPipeline {
-    /// What it takes to draw a mesh; `None` while it or its pipelines are not there, and for one
-    /// without surfaces (points, lines, no positions).
+    /// Prepares to draw a mesh. `None` until the mesh and its pipelines are ready, and for a mesh without surfaces
+    /// (points, lines, no positions).
     pub fn prepare(
         &self,
         mesh_id: AssetId<Mesh>,
@@ -202,7 +202,7 @@ impl ClipDrawPipeline {
     }
 }
 
-/// Where meshes and pipelines are.
+/// Sources of meshes and pipelines.
 pub(crate) struct MeshSource<'a> {
     pub cache: &'a PipelineCache,
     pub meshes: &'a RenderAssets<RenderMesh>,
@@ -217,7 +217,7 @@ pub(crate) struct ClipMeshDraw {
 }
 
 impl ClipMeshDraw {
-    /// Draws into `target`; `compared` is the surface to compare with, for draws that do.
+    /// Encodes a draw into `target`. `compared` is the surface to compare with, for draws that compare.
     pub fn encode(
         &self,
         draw: Draw,

@@ -1,12 +1,11 @@
-// Step II of the CAO paper (section 3.4): a clip mesh as its clip camera sees it. The paper keeps
-// its nearest and its farthest depth; depth peeling (Everitt 2001) finds the surfaces in between,
-// one draw each. Facing plays no part in the depths, so flipped windings and mirrored carvers are
-// no special case.
+// Step II of the CAO paper (section 3.4): a clip mesh as its clip camera sees it. The paper keeps the mesh's nearest
+// and farthest depth. Depth peeling (Everitt 2001) finds the surfaces in between, one in each draw. Depths do not
+// depend on facing, so flipped windings and mirrored carvers are no special case.
 
 // Local mesh space → clip map space, of the carver being drawn.
 @group(0) @binding(0) var<uniform> clip_from_local: mat4x4<f32>;
 #ifdef COMPARE
-// A surface drawn before.
+// Depths of a surface drawn before.
 @group(1) @binding(0) var surface: texture_depth_2d;
 #endif
 
@@ -23,8 +22,8 @@ fn vertex(@location(0) position: vec3<f32>) -> Fragment {
 }
 
 #ifdef COUNT
-// Surfaces along the line of sight, to be added up: front faces minus back faces, and all; where
-// COMPARE is set, those up to and with `surface`.
+// Counts of surfaces along the line of sight, added up by blending: front faces minus back faces, and all faces. With
+// COMPARE, only surfaces up to and including `surface` count.
 @fragment
 fn fragment(in: Fragment, @builtin(front_facing) is_front: bool) -> @location(0) vec2<f32> {
 #ifdef COMPARE
@@ -35,7 +34,7 @@ fn fragment(in: Fragment, @builtin(front_facing) is_front: bool) -> @location(0)
     return vec2(select(-1.0, 1.0, is_front), 1.0);
 }
 #else
-// The depth; where COMPARE is set, only of what lies behind `surface`.
+// Depth of the mesh; with COMPARE, only behind `surface`.
 @fragment
 fn fragment(in: Fragment) -> @builtin(frag_depth) f32 {
 #ifdef COMPARE

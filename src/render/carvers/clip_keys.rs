@@ -1,4 +1,4 @@
-//! What the maps of a carver depend on: they are made again when that changes, and only then.
+//! Keys of a carver's maps. A map is remade when its key changes, and only then.
 
 use bevy::{math::Vec3, prelude::*};
 
@@ -7,7 +7,7 @@ use crate::{
     render::extract::{ExtractedCarver, Influence},
 };
 
-/// What a depth map depends on, besides the number of its layers.
+/// Inputs of a depth map, besides the number of its layers.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct DepthKey {
     pub mesh: AssetId<Mesh>,
@@ -23,19 +23,18 @@ impl DepthKey {
     }
 }
 
-/// What a dilation map depends on, besides the depth map: half axes of ellipsoids, clip map space.
+/// Inputs of a dilation map, besides the depth map: half axes of ellipsoids, clip map space.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct DilationKey {
-    /// The mesh is inflated by this.
+    /// Ellipsoid that inflates the mesh.
     pub inflation: Vec3,
-    /// And shrunk by this.
+    /// Ellipsoid that shrinks the mesh.
     pub shrinkage: Vec3,
 }
 
 impl DilationKey {
-    /// What a carver needs, keeping `current` while it serves: turning a carver changes the radii
-    /// by rounding only, which the margins of reach and footprint cover. `None` if the carver is
-    /// collapsed.
+    /// Key that a carver needs. `current` is kept while it serves. Turning a carver changes the radii only by rounding,
+    /// which the margins of reach and footprint cover. `None` if the carver is collapsed.
     pub fn new(
         frame: &ClipFrame,
         world_from_local: Mat3,

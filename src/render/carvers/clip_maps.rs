@@ -1,5 +1,4 @@
-//! The depth and dilation maps of all carvers: which layers of the arrays belong to which carver,
-//! and what they show.
+//! The depth and dilation maps of all carvers: the array layers of each carver, and the inputs of its maps.
 
 use bevy::{
     platform::collections::HashMap,
@@ -21,12 +20,12 @@ pub(crate) struct ClipMaps {
     pub slots: HashMap<Entity, Slot>,
 }
 
-/// A carver's place in the arrays, and what its maps show.
+/// A carver's place in the arrays, and the inputs of its maps.
 #[derive(Default)]
 pub(crate) struct Slot {
     pub layers: LayerRange,
     pub count: SurfaceCount,
-    /// What the depth maps show, and whether its last layer is cut off.
+    /// Inputs of the depth maps, and whether the mesh has more layers than the slot.
     pub drawn: Option<(DepthKey, bool)>,
     pub dilated: Option<DilationKey>,
     pub revision: u64,
@@ -36,15 +35,15 @@ pub(crate) struct Slot {
 #[derive(Clone, Copy)]
 pub(crate) struct ReadyCarver {
     pub layers: LayerRange,
-    /// The view that its maps show.
+    /// Clip camera frame of the carver's maps.
     pub frame: ClipFrame,
     pub dilation: DilationKey,
-    /// Tells these maps from all others.
+    /// Distinguishes these maps from all others.
     pub revision: u64,
 }
 
 impl Slot {
-    /// Gives it other layers, for maps that are to be made.
+    /// Gives the slot other layers, whose maps are still to be made.
     fn place(&mut self, layers: LayerRange) {
         *self =
             Self { layers, count: core::mem::take(&mut self.count), revision: self.revision, ..default() };
@@ -52,7 +51,7 @@ impl Slot {
 }
 
 impl ClipMaps {
-    /// Makes room for the carvers of the scene, and frees what the others had.
+    /// Makes room for the carvers of the scene, and frees the room of all others.
     fn update(&mut self, scene: &ExtractedScene, device: &RenderDevice, queue: &RenderQueue) {
         let alive = scene.carver_entities();
         self.slots.retain(|entity, _| alive.contains(entity));
@@ -76,8 +75,8 @@ impl ClipMaps {
         }
     }
 
-    /// Gives carvers the numbers of layers that they want, in the order in which they come. Where there is no
-    /// room, a carver keeps what it has until there is. Maps that stay are not made again.
+    /// Gives carvers the numbers of layers that they want, in the order of `wanted`. A carver without room keeps its
+    /// layers until there is room. Maps that stay are not made again.
     pub fn place(&mut self, wanted: &[(Entity, u32)], device: &RenderDevice, queue: &RenderQueue) {
         let capacity = self.textures.as_ref().map_or(0, |textures| textures.capacity);
         for &(entity, count) in wanted {
@@ -89,15 +88,15 @@ impl ClipMaps {
             if let Some(layers) = first_gap(others.collect(), count, capacity) {
                 self.slots.entry(entity).or_default().place(layers);
             } else if wanted.iter().map(|(_, count)| count).sum::<u32>() <= capacity {
-                // There is room, but not in one piece.
+                // The free layers are enough, but not consecutive.
                 self.rearrange(capacity, wanted, device, queue);
                 return;
             }
         }
     }
 
-    /// Moves maps to arrays of so many layers. Carvers that are to have another number of layers than they have
-    /// get room for maps that are to be made.
+    /// Moves maps to arrays of `capacity` layers. Carvers that are to have another number of layers get room for new
+    /// maps.
     fn rearrange(
         &mut self,
         capacity: u32,
@@ -130,14 +129,14 @@ impl ClipMaps {
         *textures = textures.moved(capacity, &moves, device, queue);
     }
 
-    /// What the maps take on the GPU.
+    /// GPU usage of the maps.
     pub fn usage(&self) -> GpuUsage {
         self.textures.as_ref().map_or(default(), ClipTextures::usage)
     }
 }
 
-/// New places for maps, given where they are and how many layers they are to have. Those that can stay do; if there
-/// is no room for the others then, all are placed one behind the other, and those that do not fit get none.
+/// New places for maps, given their present places and their new numbers of layers. Maps that can stay do. If the
+/// others then have no room, all maps are placed one behind the other. Maps that do not fit get no layers.
 fn arrange(maps: impl Iterator<Item = (LayerRange, u32)> + Clone, capacity: u32) -> Vec<LayerRange> {
     let stays = |(layers, count): (LayerRange, u32)| {
         (layers.count == count && layers.first + count <= capacity).then_some(layers)
@@ -164,7 +163,7 @@ fn arrange(maps: impl Iterator<Item = (LayerRange, u32)> + Clone, capacity: u32)
     one_behind_the_other.collect()
 }
 
-/// The first `count` layers that are free.
+/// The first `count` consecutive layers that are free.
 fn first_gap(mut taken: Vec<LayerRange>, count: u32, capacity: u32) -> Option<LayerRange> {
     taken.sort_unstable_by_key(|range| range.first);
     let mut first = 0;
@@ -177,7 +176,7 @@ fn first_gap(mut taken: Vec<LayerRange>, count: u32, capacity: u32) -> Option<La
     (first + count <= capacity).then_some(LayerRange { first, count })
 }
 
-/// Allocates and frees, before materials bind what there is.
+/// Allocates and frees maps, before materials bind them.
 pub(crate) fn keep_clip_maps(
     scene: Res<ExtractedScene>,
     device: Res<RenderDevice>,
@@ -208,10 +207,10 @@ mod tests {
         // Growing moves nothing.
         let four = [(range(0, 1), 1), (range(1, 2), 2), (range(3, 1), 1), (range(0, 0), 1)];
         assert_eq!(place(&four, 8), [range(0, 1), range(1, 2), range(3, 1), range(4, 1)]);
-        // Shrinking moves what lies beyond the end.
+        // Shrinking moves maps that lie beyond the end.
         let two = [(range(0, 1), 1), (range(5, 2), 2)];
         assert_eq!(place(&two, 4), [range(0, 1), range(1, 2)]);
-        // Gaps too small for what is needed are closed.
+        // Gaps that are too small are closed.
         let gaps = [(range(0, 1), 1), (range(2, 1), 1), (range(0, 0), 2)];
         assert_eq!(place(&gaps, 4), [range(0, 1), range(1, 1), range(2, 2)]);
         assert_eq!(place(&[(range(0, 0), 3), (range(0, 0), 2)], 4), [range(0, 3), range(0, 0)]);

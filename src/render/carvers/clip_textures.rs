@@ -1,5 +1,4 @@
-//! The textures behind the clip maps: arrays shared by all carvers, and what finding a mesh's
-//! layers needs in between.
+//! The textures of the clip maps: arrays shared by all carvers, and intermediate textures for finding a mesh's layers.
 
 use bevy::{
     prelude::*,
@@ -18,23 +17,22 @@ use crate::{
     render::gpu::textures::{TextureAndView, usage_of},
 };
 
-/// Depth map texels per dilation map texel, along each side: dilation bounds are smooth, and are
-/// taken over whole texels.
+/// Depth map texels per dilation map texel, along each side. Dilation bounds are smooth, and hold over whole texels.
 const TEXELS_PER_DILATION_TEXEL: u32 = 8;
 
-/// Depth map texels along each side of a tile, whose extrema are found first (`TILE` in WGSL).
+/// Depth map texels along each side of a tile, whose extrema are found before dilation (`TILE` in WGSL).
 pub(in crate::render) const TEXELS_PER_TILE: u32 = 16;
 
-/// Of `Progress` in WGSL.
+/// Bytes of `Progress` in WGSL.
 pub(in crate::render) const PEEL_BYTES_PER_TEXEL: u64 = 8;
 
-/// Of the depth maps: near and far.
+/// Format of the depth maps: near and far.
 pub(crate) const LAYER_FORMAT: TextureFormat = TextureFormat::Rg32Float;
-/// Of the dilation maps: near and far of the inflated layer, then of the shrunk one.
+/// Format of the dilation maps: near and far of the inflated layer, then of the shrunk layer.
 pub(crate) const DILATION_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
-/// Of one surface seen by a clip camera.
+/// Format of one surface seen by a clip camera.
 pub(crate) const SURFACE_FORMAT: TextureFormat = TextureFormat::Depth32Float;
-/// Of counts of surfaces: front minus back faces, and all.
+/// Format of counts of surfaces: front faces minus back faces, and all faces.
 pub(crate) const COUNT_FORMAT: TextureFormat = TextureFormat::Rg16Float;
 
 /// Consecutive layers of the arrays.
@@ -45,43 +43,43 @@ pub(crate) struct LayerRange {
 }
 
 impl LayerRange {
-    /// Whether a mesh with so many surfaces along a line of sight has more layers.
+    /// Whether a mesh with `surfaces` surfaces along a line of sight has more layers than this range.
     pub fn cuts_off(self, surfaces: u32) -> bool {
         layers_of(surfaces) > self.count
     }
 }
 
-/// The texture arrays: a layer of each for every layer of every carver.
+/// The texture arrays, with one layer in each for every layer of every carver, and intermediate textures.
 #[derive(Clone)]
 pub(crate) struct ClipTextures {
-    /// Layers in each array.
+    /// Number of layers in each array.
     pub capacity: u32,
     /// Texels per side of a depth map.
     pub depth_map_size: u32,
-    /// Near and far depth of a layer; near 1 and far 0 where it is empty.
+    /// Near and far depth of a layer; near 1 and far 0 where the layer is empty.
     pub depth: TextureAndView,
-    /// Near and far bound of the inflated layer, then of the shrunk one.
+    /// Near and far bound of the inflated layer, then of the shrunk layer.
     pub dilation: TextureAndView,
     /// Extrema of the tiles of the layer being dilated.
     pub tiles: TextureAndView,
     /// Surfaces along each line of sight of the carver being drawn.
     pub counts: TextureAndView,
-    /// Two surfaces of it: nearest and farthest, or one peel and the next.
+    /// Two surfaces of this carver: nearest and farthest, or one peel and the next.
     pub surfaces: [TextureAndView; 2],
-    /// What peeling more than one layer needs besides; made when the first mesh asks for it.
+    /// Additional resources for peeling more than one layer, made when the first mesh needs them.
     pub peeling: Option<PeelTextures>,
 }
 
-/// What is kept from one peel to the next.
+/// State kept from one peel to the next.
 #[derive(Clone)]
 pub(crate) struct PeelTextures {
-    /// Surfaces up to the last peeled one.
+    /// Counts of surfaces up to the last peeled surface.
     pub passed: TextureAndView,
-    /// The layer being filled, of every texel.
+    /// The layer being filled at every texel.
     pub progress: Buffer,
 }
 
-/// A depth map size that divides into tiles, and that the device can hold and peel.
+/// Depth map size that divides into tiles, and that the device can hold and peel.
 pub(crate) fn depth_map_size(requested: u32, limits: &WgpuLimits) -> u32 {
     let peeled_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let peeled = (peeled_bytes / PEEL_BYTES_PER_TEXEL).isqrt() as u32;
@@ -99,7 +97,7 @@ fn dilation_maps(capacity: u32, depth_map_size: u32, device: &RenderDevice) -> T
     TextureAndView::array(device, "contextual_ao_dilation_maps", (size, capacity), DILATION_FORMAT, KEPT)
 }
 
-/// Written by passes, and copied when there are more or fewer carvers.
+/// Usage of maps that passes write, and that are copied when layers are rearranged.
 const KEPT: TextureUsages =
     TextureUsages::STORAGE_BINDING.union(TextureUsages::COPY_SRC).union(TextureUsages::COPY_DST);
 
@@ -122,7 +120,7 @@ impl ClipTextures {
         }
     }
 
-    /// The same maps in arrays of `capacity` layers: each range of layers is copied to where it is to begin.
+    /// The same maps in arrays of `capacity` layers. Each move copies a range of layers to a new first layer.
     pub fn moved(
         &self,
         capacity: u32,
@@ -148,7 +146,7 @@ impl ClipTextures {
         Self { capacity, depth, dilation, ..self.clone() }
     }
 
-    /// Makes what peeling needs, if it is not there.
+    /// Makes the resources for peeling, if they are missing.
     pub fn prepare_peeling(&mut self, device: &RenderDevice) -> &PeelTextures {
         let size = self.depth_map_size;
         self.peeling.get_or_insert_with(|| PeelTextures {
@@ -168,7 +166,7 @@ impl ClipTextures {
         })
     }
 
-    /// Tiles along each side of a depth map.
+    /// Number of tiles along each side of a depth map.
     pub fn tile_count(&self) -> u32 {
         self.depth_map_size / TEXELS_PER_TILE
     }
@@ -178,7 +176,7 @@ impl ClipTextures {
         self.depth_map_size / TEXELS_PER_DILATION_TEXEL
     }
 
-    /// What they take on the GPU.
+    /// GPU usage of the textures.
     pub fn usage(&self) -> GpuUsage {
         let [first, second] = &self.surfaces;
         let all = [&self.depth, &self.dilation, &self.tiles, &self.counts, first, second];

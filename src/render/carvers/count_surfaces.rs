@@ -1,5 +1,5 @@
-//! How many surfaces a clip mesh has along the lines of sight of its clip camera: counted on the
-//! GPU when the mesh changes.
+//! Counts the surfaces of a clip mesh along the lines of sight of its clip camera, on the GPU. A changed mesh is
+//! counted again.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -25,7 +25,7 @@ use crate::render::gpu::compute_pass::{ComputePass, Groups, PassDescriptor};
 
 const BYTES: u64 = 4;
 
-/// Asks for the counts that were made this frame.
+/// Requests the counts that were made in this frame.
 pub(crate) fn request_counts(mut clip_maps: ResMut<ClipMaps>, device: Res<RenderDevice>) {
     for slot in clip_maps.slots.values_mut() {
         slot.count.request(&device);
@@ -55,7 +55,7 @@ impl FromWorld for CountPass {
 }
 
 impl CountPass {
-    /// Begins to count the surfaces of a mesh.
+    /// Prepares to count the surfaces of a mesh.
     pub fn begin(
         &self,
         draw: ClipMeshDraw,

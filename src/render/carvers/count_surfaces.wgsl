@@ -1,7 +1,7 @@
-// The most surfaces that a clip mesh has along any line of sight of its clip camera: how often it
-// has to be peeled.
+// The largest number of surfaces of a clip mesh along any line of sight of its clip camera. It decides how often the
+// mesh is peeled.
 
-// Front faces minus back faces, and all.
+// Front faces minus back faces, and all faces.
 @group(0) @binding(0) var counts: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read_write> most: atomic<u32>;
 

@@ -79,7 +79,7 @@ impl DilatePasses {
         are_ready([&self.reduce, &self.dilate], cache)
     }
 
-    /// Puts the dilation of one layer where the shader reads it.
+    /// Writes the dilation of one layer for the shader, and binds it.
     pub fn bind_layer(
         &self,
         key: DilationKey,

@@ -1,14 +1,14 @@
-// Step III of the CAO paper (section 3.4, algorithm 1): the depth maps of a clip mesh inflated, a
-// Minkowski sum with an ellipsoid in clip map space; and, for volume probing (section 3.2), shrunk.
-// Every carver gets both: of a subtracting carver, the mesh inflated by the occlusion reach bounds
-// what it affects, and the mesh shrunk by the footprint of a voxel what it removes for certain; of
-// an intersecting one the other way round. Layers of one mesh are dilated one by one: inflated, they
-// contain what the inflated mesh does; shrunk, they are contained in the shrunk mesh.
+// Step III of the CAO paper (section 3.4, algorithm 1): inflates the depth maps of a clip mesh, by a Minkowski sum with
+// an ellipsoid in clip map space. For volume probing (section 3.2), it also shrinks them. Every carver gets both. For a
+// subtracting carver, the mesh inflated by the occlusion reach contains all voxels that it affects. The mesh shrunk by
+// the footprint of a voxel contains the voxels that it certainly removes. For an intersecting carver, reach and
+// footprint change places. Layers of one mesh are dilated one by one. Together, inflated layers contain the inflated
+// mesh. Shrunk layers are contained in the shrunk mesh.
 //
-// The published search over all texels within reach is O(r²) per texel. Here the depth maps are
-// first reduced to the extrema of 16x16 tiles; then a workgroup per texel of the dilation map looks
-// into the few tiles that can still improve its bound, all invocations at the texels of one. The
-// result is exact: the tightest bound that holds for every point of a dilation texel.
+// The published search over all texels within reach is O(r²) per texel. Here the depth maps are first reduced to the
+// extrema of 16x16 tiles. Then a workgroup per texel of the dilation map searches the few tiles that can still improve
+// its bound. All its invocations search texels of one tile at a time. The result is exact: the tightest bound that
+// holds for every point of a dilation texel.
 
 struct Dilation {
     // Half axes of the ellipsoids, clip map space.
@@ -32,13 +32,13 @@ const SHRINK: f32 = -1.0;
 #ifdef REDUCE
 @group(0) @binding(2) var tiles: texture_storage_2d<rgba32float, write>;
 #else
-// The least bounds of each tile: to inflate (xy), to shrink (zw).
+// Least bounds of each tile: for inflation (xy), for shrinkage (zw).
 @group(0) @binding(2) var tiles: texture_2d<f32>;
 @group(0) @binding(3) var dilation_maps: texture_storage_2d_array<rgba32float, write>;
 #endif
 
-// The two bounds of a texel as values to be lowered. An empty texel inflates nothing and shrinks
-// everything around it away.
+// The two bounds of a texel, as values to be lowered. An empty texel inflates nothing. Shrinkage removes everything
+// around an empty texel.
 fn bounds_at(texel: vec2<u32>, way: f32) -> vec2<f32> {
     let layer = textureLoad(depth_maps, texel, dilation.layer, 0).rg;
     return select(way * vec2(layer.r, -layer.g), vec2(way * FAR), layer.r >= layer.g);
@@ -59,7 +59,7 @@ fn reduce(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 #else
 
-// Half height of an ellipsoid at an offset from its centre; -1 beyond it.
+// Half height of an ellipsoid at an offset from its centre; -1 outside the ellipsoid.
 fn half_height(offset: vec2<f32>, radii: vec3<f32>) -> f32 {
     let across = offset / radii.xy;
     let rest = 1.0 - dot(across, across);
@@ -78,7 +78,7 @@ fn tile_bounds(tile: vec2<u32>, way: f32) -> vec2<f32> {
 
 // Invocations of a workgroup.
 const WIDTH: u32 = 64u;
-// Which of WIDTH tiles are worth a search, a bit each.
+// A bit for each of WIDTH tiles: whether the tile is worth a search.
 var<workgroup> candidates: array<atomic<u32>, 2>;
 var<workgroup> shared_bounds: array<vec2<f32>, WIDTH>;
 
@@ -109,11 +109,11 @@ fn dilate_block(block: vec2<f32>, half_block: vec2<f32>, radii: vec3<f32>, way: 
     let count = (last.x - first.x) * (last.y - first.y);
 
     var least = vec2(FAR);
-    // What lies beyond the depth maps is empty.
+    // Space beyond the depth maps is empty.
     if way == SHRINK && (any(block - reach < vec2(0.0)) || any(block + reach > vec2(1.0))) {
         least = vec2(-FAR);
     }
-    // A bound that some texel of a tile reaches, wherever it is in the tile.
+    // Bounds that the extreme texel of a tile reaches, wherever it is in the tile.
     for (var k = lane; k < count; k += WIDTH) {
         let tile = first + vec2(k % columns, k / columns);
         let center = (vec2<f32>(tile) + 0.5) * tile_size;
@@ -124,7 +124,7 @@ fn dilate_block(block: vec2<f32>, half_block: vec2<f32>, radii: vec3<f32>, way: 
     }
     least = least_of_all(least, lane);
 
-    // Only tiles that may hold a better one are searched.
+    // Only tiles that may hold a better bound are searched.
     for (var start = 0u; start < count; start += WIDTH) {
         if lane < 2u {
             atomicStore(&candidates[lane], 0u);
@@ -159,7 +159,7 @@ fn dilate_block(block: vec2<f32>, half_block: vec2<f32>, radii: vec3<f32>, way: 
         workgroupBarrier();
     }
     least = least_of_all(least, lane);
-    // Where nothing is within reach, near > far.
+    // Where the dilated mesh is empty, near > far.
     return way * vec2(least.x, -least.y);
 }
 

@@ -14,7 +14,7 @@ pub(super) mod surface_count;
 
 use bevy::{asset::embedded_asset, prelude::*};
 
-/// Makes the shaders known.
+/// Adds the shaders.
 pub(super) fn add_shaders(app: &mut App) {
     embedded_asset!(app, "clip_draw.wgsl");
     embedded_asset!(app, "count_surfaces.wgsl");

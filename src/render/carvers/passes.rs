@@ -14,7 +14,7 @@ pub(crate) struct CarverPasses<'w> {
 }
 
 impl CarverPasses<'_> {
-    /// Whether carvers can be drawn and dilated. All pipelines are asked for at once.
+    /// Whether carvers can be drawn and dilated. The first call requests all pipelines at once.
     pub fn are_ready(&self) -> bool {
         let cache = &self.cache;
         self.count.is_ready(cache) & self.peel.is_ready(cache) & self.dilate.is_ready(cache)

@@ -1,4 +1,4 @@
-//! Step II: the depth maps of a carver, as many layers as its mesh needs.
+//! Step II: the depth maps of a carver, in as many layers as its mesh needs.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -81,7 +81,7 @@ impl PeelPasses {
         are_ready([&self.pair, &self.append, &self.finish], cache)
     }
 
-    /// Plans to fill `layers` with a mesh that has up to `surfaces` along a line of sight.
+    /// Plans to fill `layers` with a mesh of up to `surfaces` surfaces along a line of sight.
     pub fn bind_mesh(
         &self,
         draw: ClipMeshDraw,
@@ -127,7 +127,7 @@ impl PeelPasses {
 /// One carver's depth maps to render.
 pub(crate) struct PeelJob {
     draw: ClipMeshDraw,
-    /// With one of the two surfaces first, and with the other.
+    /// Bind groups with one of the two surfaces first, and with the other first.
     groups: [BindGroup; 2],
     several: Option<SeveralLayers>,
 }

@@ -1,16 +1,15 @@
-// Step II of the CAO paper (section 3.4): from the surfaces that the clip camera sees to layers,
-// pairs of depths between which a point is inside the clip mesh.
+// Step II of the CAO paper (section 3.4): pairs the surfaces that the clip camera sees into layers. A layer is a pair
+// of depths between which a point is inside the clip mesh.
 //
-// A mesh with fewer than four surfaces along any line of sight is the paper's case: one layer, from
-// the nearest to the farthest. Any other is peeled, surface by surface. Where front and back faces
-// along a line balance, a point is inside while its winding number is not zero: shells of one mesh
-// may overlap or touch. Where they do not balance (flipped or missing faces) every surface leads in
-// or out in turn.
+// A mesh with fewer than four surfaces along every line of sight is the paper's case: one layer, from the nearest to
+// the farthest surface. Any other mesh is peeled, surface by surface. Where front and back faces along a line balance,
+// a point with a winding number other than 0 is inside. Shells of one mesh may thus overlap or touch. Where faces do
+// not balance (flipped or missing faces), surfaces lead in and out in turn.
 
 struct LayerRange {
     first: u32,
     count: u32,
-    // The mesh has more layers than it was given: the last one reaches to its farthest surface.
+    // 1: the mesh has more layers than `count`, and the last layer reaches to the mesh's farthest surface.
     is_cut_off: u32,
 }
 
@@ -33,7 +32,7 @@ fn store(texel: vec2<u32>, layer: u32, near: f32, far: f32) {
 @group(1) @binding(1) var passed: texture_2d<f32>;
 
 struct Progress {
-    // Where the layer being filled begins; 0 between layers.
+    // Depth at which the layer being filled begins; 0 between layers.
     near: f32,
     layer: u32,
 }
@@ -43,7 +42,7 @@ fn progress_index(texel: vec2<u32>) -> u32 {
     return texel.y * textureDimensions(depth_maps).x + texel.x;
 }
 
-// Takes in one more surface.
+// Adds one more surface to the layers.
 @compute @workgroup_size(8, 8)
 fn append(@builtin(global_invocation_id) id: vec3<u32>) {
     if is_outside(id.xy) {

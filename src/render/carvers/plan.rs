@@ -1,4 +1,4 @@
-//! Which carvers need new depth or dilation maps.
+//! Plan of the carvers' new depth and dilation maps.
 
 use bevy::{
     ecs::system::SystemParam,
@@ -37,19 +37,19 @@ pub(crate) struct CarverPlan {
     pub counts: Vec<CountJob>,
     pub depth_maps: Vec<PeelJob>,
     pub dilations: Vec<DilateJob>,
-    /// Carvers whose maps are there (or will be, when this frame's passes ran).
+    /// Carvers whose maps are ready, or will be after this frame's passes.
     pub ready: HashMap<Entity, ReadyCarver>,
-    /// Some carver's mesh or pipelines are not there yet.
+    /// Whether some carver waits for its mesh, its surface count, its layers or a pipeline.
     pub waits: bool,
-    /// Layers that the carvers' meshes need in all.
+    /// Number of layers that all carvers are to get together.
     pub layers_wanted: u32,
-    /// Carvers that get fewer.
+    /// Carvers that get fewer layers than their meshes have.
     pub cut_off: Vec<ClipMeshCutOff>,
-    /// Counts maps redrawn.
+    /// Counts remade maps.
     maps_revision: u64,
 }
 
-/// What planning takes.
+/// Resources for planning.
 #[derive(SystemParam)]
 pub(crate) struct PlanParts<'w> {
     draw: Res<'w, ClipDrawPipeline>,
@@ -61,8 +61,8 @@ pub(crate) struct PlanParts<'w> {
     queue: Res<'w, RenderQueue>,
 }
 
-/// Plans steps II and III. A carver whose mesh or pipelines are not there yet waits a frame; while
-/// a new mesh is not ready, the old one carves on.
+/// Plans steps II and III. A carver whose mesh or pipelines are not ready waits a frame. While a new mesh is not ready,
+/// the old mesh carves on.
 pub(crate) fn plan_carvers(
     scene: Res<ExtractedScene>,
     windows: Res<VolumeWindows>,
@@ -93,11 +93,11 @@ pub(crate) fn plan_carvers(
         let influence = influence(carver, &scene);
         let has_room = plan.cut_off.iter().all(|cut| cut.entity != carver.entity || cut.gets_layers > 0);
         if influence.reach_world <= 0.0 || !carver.is_placed || !has_room {
-            // It carves nothing.
+            // The carver carves nothing.
             continue;
         }
         if !is_seen(carver, &scene, &windows) {
-            // Nobody sees it; until then it is only known what its maps will take.
+            // No view shows a volume that this carver carves. Until then, only its number of layers must be known.
             plan.waits |= slot.count.of(carver.mesh).is_none();
             continue;
         }
@@ -142,7 +142,7 @@ fn count_surfaces(
         };
         slot.count.receive(&parts.device);
         let key = DepthKey::of(carver, textures.depth_map_size);
-        // The surfaces of a mesh that deforms unseen are those that it had.
+        // A mesh that deforms unseen keeps its last count.
         let is_needed = slot.count.of(carver.mesh).is_none() || is_seen(carver, scene, windows);
         if is_needed
             && slot.count.is_wanted(&key)
@@ -154,8 +154,8 @@ fn count_surfaces(
     }
 }
 
-/// How many layers each carver is to get whose surfaces are known. All together get no more than
-/// the arrays can have; where it is not enough, those that were spawned first get theirs.
+/// Number of layers for each carver whose surfaces are counted. All together get at most as many as the arrays can
+/// have. If that is not enough, the carvers that were spawned first get theirs.
 fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut CarverPlan) -> Vec<(Entity, u32)> {
     let most = scene.clip_settings.max_layers.clamp(1, MAX_LAYERS);
     let mut spare = scene.clip_capacity.most;
@@ -171,10 +171,10 @@ fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut Carver
     let wanted = scene.carvers.iter().filter_map(|carver| {
         let (entity, mesh) = (carver.entity, carver.mesh);
         let slot = clip_maps.slots.get(&entity)?;
-        // While the surfaces of a new mesh are being counted, the maps of the old one stay.
+        // While the surfaces of a new mesh are being counted, the maps of the old mesh stay.
         let current = Some(slot.layers.count).filter(|count| *count > 0);
         let has_layers = slot.count.of(mesh).map(layers_of).or(current)?;
-        // One is left for each of those behind it, as long as there are so many.
+        // One layer is left for each later carver, as long as there are enough.
         others = others.saturating_sub(1);
         let gets_layers = has_layers.min(most).min(spare.saturating_sub(others).max(1)).min(spare);
         spare -= gets_layers;
@@ -188,7 +188,7 @@ fn layers_wanted(scene: &ExtractedScene, clip_maps: &ClipMaps, plan: &mut Carver
     wanted
 }
 
-/// Plans to draw a carver's layers if its maps show anything else. `None` if that has to wait.
+/// Plans to draw a carver's layers if its maps have other inputs. `None` if the draw has to wait.
 fn draw_layers(
     carver: &ExtractedCarver,
     slot: &mut Slot,
@@ -223,7 +223,7 @@ fn draw_layers(
 }
 
 impl PlanParts<'_> {
-    /// What it takes to draw a carver's mesh; `None` while it is not there.
+    /// Prepares to draw a carver's mesh. `None` until the mesh is ready.
     fn prepare(&mut self, carver: &ExtractedCarver) -> Option<ClipMeshDraw> {
         let source =
             MeshSource { cache: &self.passes.cache, meshes: &self.meshes, allocator: &self.allocator };
@@ -233,12 +233,12 @@ impl PlanParts<'_> {
     }
 }
 
-/// Whether anybody sees a volume that a carver carves.
+/// Whether any view shows a volume that a carver carves.
 fn is_seen(carver: &ExtractedCarver, scene: &ExtractedScene, windows: &VolumeWindows) -> bool {
     scene.volumes.iter().any(|volume| windows.show(volume) && carver.clip_mesh.carves(volume.entity.id()))
 }
 
-/// How far a carver acts on any of the volumes that it carves.
+/// Largest influence of a carver on the volumes that it carves.
 fn influence(carver: &ExtractedCarver, scene: &ExtractedScene) -> Influence {
     let carves = |volume: &&ExtractedVolume| volume.is_placed && carver.clip_mesh.carves(volume.entity.id());
     let carved = scene.volumes.iter().filter(carves);

@@ -1,5 +1,5 @@
-//! How many surfaces a carver's mesh has, as far as that is known: the count comes from the GPU,
-//! a frame after it was made there.
+//! Number of surfaces of a carver's mesh, as far as it is known. The count comes from the GPU, a frame after the GPU
+//! made it.
 
 use bevy::{
     prelude::*,
@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::clip_keys::DepthKey;
 
-/// What is known about the surfaces of one carver's mesh.
+/// Known number of surfaces of one carver's mesh.
 #[derive(Default)]
 pub(crate) struct SurfaceCount {
     counted: Option<(DepthKey, u32)>,
@@ -23,13 +23,13 @@ pub(crate) struct SurfaceCount {
 struct Pending {
     of: DepthKey,
     staging: Buffer,
-    /// Whether the staging buffer could be read, once that is known; `None` before it is asked for.
+    /// Whether the staging buffer could be read, once known. `None` before the request.
     arrived: Option<Arc<OnceLock<bool>>>,
 }
 
 impl SurfaceCount {
-    /// The most surfaces along a line of sight, of the latest form of `mesh` that was counted: one
-    /// that deforms goes on being drawn while the count of its new form is under way.
+    /// Largest number of surfaces along a line of sight, of the latest counted form of `mesh`. A deforming mesh is
+    /// still drawn while its new form is being counted.
     pub fn of(&self, mesh: AssetId<Mesh>) -> Option<u32> {
         self.counted.filter(|(key, _)| key.mesh == mesh).map(|(_, count)| count)
     }
@@ -44,7 +44,7 @@ impl SurfaceCount {
         self.pending.is_none() && !self.is_final(key)
     }
 
-    /// Waits for a count that `staging` is to hold.
+    /// Expects a count in `staging`.
     pub fn expect(&mut self, of: DepthKey, staging: Buffer) {
         self.pending = Some(Pending { of, staging, arrived: None });
     }
@@ -66,7 +66,7 @@ impl SurfaceCount {
         self.pending = None;
     }
 
-    /// Asks for the count, once it is submitted.
+    /// Requests the count, once its copy is submitted.
     pub fn request(&mut self, device: &RenderDevice) {
         if let Some(Pending { arrived: arrived @ None, staging, .. }) = &mut self.pending {
             let result = Arc::new(OnceLock::new());
@@ -78,8 +78,8 @@ impl SurfaceCount {
     }
 }
 
-/// Layers that a mesh has with so many surfaces along a line of sight: what begins and does not end
-/// is none.
+/// Number of layers of a mesh with `surfaces` surfaces along a line of sight. A layer that begins and does not end does
+/// not count.
 pub(crate) fn layers_of(surfaces: u32) -> u32 {
     (surfaces / 2).max(1)
 }

@@ -1,13 +1,13 @@
-//! What has changed since a volume's clipping was last computed.
+//! Changes since a volume's clipping was last computed.
 
 use crate::render::volumes::{carver_uniform::CarverUniform, contents::Contents};
 
 /// The difference between two [`Contents`].
 #[derive(Debug, PartialEq)]
 pub(super) enum Changes {
-    /// Nothing that was computed holds.
+    /// Everything changed: no earlier result holds.
     All,
-    /// Some carvers, as they were and as they are: what none of them affects holds.
+    /// Some carvers changed, given as past and present states. Results for voxels that none of them affects hold.
     Carvers { past: Vec<CarverUniform>, present: Vec<CarverUniform> },
 }
 
@@ -37,7 +37,7 @@ impl Changes {
     }
 }
 
-/// Whether a carver with the same maps, wherever these are, acts in the same place.
+/// Whether one of `others` has the same maps and acts in the same place. Its maps may be in other layers.
 fn acts_among((carver, revision): &(CarverUniform, u64), others: &[(CarverUniform, u64)]) -> bool {
     others.iter().any(|(other, maps)| maps == revision && carver.carves_as(other))
 }
@@ -75,7 +75,7 @@ mod tests {
         let old = contents(&[(at(1.0, 5), 3)]);
         let moved = contents(&[(at(1.0, 2), 3)]);
         assert_eq!(Changes::between(Some(&old), &moved), carvers(&[], &[]));
-        // The place where the carver was is looked up where its maps are now.
+        // The carver's past place is looked up in the layers in which its maps are now.
         let both = contents(&[(at(2.0, 2), 3)]);
         assert_eq!(Changes::between(Some(&old), &both), carvers(&[at(1.0, 2)], &[at(2.0, 2)]));
     }

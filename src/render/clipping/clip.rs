@@ -1,4 +1,4 @@
-//! Step IV: what carvers leave of the voxels in the listed bricks, and which occlusion is stale.
+//! Step IV: the clipping of voxels in the listed bricks, and their stale occlusion.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -26,11 +26,11 @@ use crate::render::{
     },
 };
 
-/// Visit the bricks of the two ends of a list.
+/// Passes over the bricks of the two ends of a list.
 #[derive(Resource)]
 pub(crate) struct ClipPasses {
     clip: ComputePass,
-    /// Where nothing is clipped.
+    /// For bricks in which nothing is clipped.
     expire: ComputePass,
 }
 

@@ -1,11 +1,11 @@
-// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks that `cull` lists to be clipped: the
-// opacity of every voxel after clipping, whether a drawn point can read it at all, and whether its occlusion is
-// stale because a carver that changed affects it, where it was or where it is.
+// Step IV of the CAO paper (section 3.5, algorithm 2), in the bricks that `cull` lists to be clipped. Finds the opacity
+// of every voxel after clipping, and whether a drawn point can read the voxel. Its occlusion is stale if a changed
+// carver affects it, in its past or its present state.
 //
-// Two differences from algorithm 2: whether a voxel is affected is asked at its centre alone, because
-// the dilation maps contain the voxel's footprint; and a voxel counts as hidden only if one carver
-// removes all of that footprint, not if 9 samples say so: between them a probe, or the gap between
-// two carvers, may show points that read the voxel.
+// There are two differences from algorithm 2. A voxel is tested for being affected only at its centre, because the
+// dilation maps contain the voxel's footprint. A voxel counts as hidden only if one carver removes all of that
+// footprint, not if 9 samples are removed. Between samples, an intersecting carver, or the gap between two carvers, may
+// show points that read the voxel.
 
 #import bevy_contextual_ao::{
     brick_bindings::carvers_near_brick,
@@ -26,7 +26,7 @@
 @group(1) @binding(5) var opacities: texture_storage_3d<rgba8unorm, write>;
 #endif
 
-// Of the brick's voxels, as masks: what a pass over them finds.
+// Results for the brick's voxels, as masks.
 var<workgroup> hidden: array<atomic<u32>, 2>;
 var<workgroup> stale: array<atomic<u32>, 2>;
 var<workgroup> queued: array<atomic<u32>, 2>;
@@ -82,7 +82,7 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     if any(voxel % stride != vec3(0u)) {
         return false;
     }
-    // Of 2x2x2 voxels others may be shown where this one is not.
+    // Where 2x2x2 voxels have one factor, others may be visible although this voxel is not.
     if stride > 1u {
         return clip_pass.queue != QUEUE_NONE;
     }
@@ -94,7 +94,7 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     }
 }
 
-// Whether any of the cells around a voxel has something in it that can be seen.
+// Whether anything in the cells around a voxel can be visible.
 fn is_sampleable(voxel: vec3<u32>) -> bool {
     let last = vec3<i32>(volume.dimensions) - 1;
     var lowest = 1.0;

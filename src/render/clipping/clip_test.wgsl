@@ -1,5 +1,5 @@
-// Shadow test volume clipping (CAO paper, section 3.2, equation 1) for any number of carvers: is a
-// point of the volume removed, and is it within reach of what is?
+// Shadow test volume clipping (CAO paper, section 3.2, equation 1) for any number of carvers. Tests whether a point of
+// the volume is removed, and whether it is within reach of removed points.
 
 #define_import_path bevy_contextual_ao::clip_test
 
@@ -37,8 +37,8 @@ fn is_inside(carver: Carver, p: vec3<f32>) -> bool {
     return false;
 }
 
-// Whether every carver lets a point (volume space, mm) through. `near` has the bits, modulo 32, of all
-// that may not.
+// Whether every carver lets a point (volume space, mm) through. `near` has the bits, modulo 32, of all carvers that may
+// not.
 fn is_visible(position_mm: vec3<f32>, near: u32) -> bool {
     var rest = near;
     while rest != 0u {
@@ -54,8 +54,8 @@ fn is_visible(position_mm: vec3<f32>, near: u32) -> bool {
     return true;
 }
 
-// Whether a carver may act within a radius of a point (volume space, mm), going by its clip camera's
-// view: of an intersecting carver, what is outside is removed.
+// Whether a carver may act within a radius of a point (volume space, mm), going by its clip camera's view. An
+// intersecting carver acts everywhere, because it removes its outside.
 fn is_near(carver: Carver, position_mm: vec3<f32>, radius_mm: f32) -> bool {
     let rows = carver.clip_from_local;
     let margin = radius_mm * vec3(length(rows[0].xyz), length(rows[1].xyz), length(rows[2].xyz));
@@ -63,7 +63,7 @@ fn is_near(carver: Carver, position_mm: vec3<f32>, radius_mm: f32) -> bool {
     return carver.operation == OPERATION_INTERSECT || all(p >= -margin) && all(p <= 1.0 + margin);
 }
 
-// Whether what a carver removes is within the occlusion reach of a voxel's centre.
+// Whether the region that a carver removes is within the occlusion reach of a voxel's centre.
 fn is_affected(carver: Carver, position_mm: vec3<f32>) -> bool {
     if carver.operation == OPERATION_REGION {
         return is_near(carver, position_mm, volume.reach_mm);
@@ -79,7 +79,7 @@ fn to_dilation_map(carver: Carver, p: vec2<f32>) -> vec2<f32> {
     return (p * carver.dilation_scale + carver.dilation_offset) * volume.dilation_map_size;
 }
 
-// Whether a point (clip map space) lies in the mesh of a carver inflated (x) and shrunk (y).
+// Whether a point (clip map space) lies in a carver's inflated mesh (x), and in its shrunk mesh (y).
 fn is_in_dilation(carver: Carver, p: vec3<f32>) -> vec2<bool> {
     let place = to_dilation_map(carver, p.xy);
     if any(place < vec2(0.0)) || any(place >= vec2(volume.dilation_map_size)) {
@@ -94,14 +94,14 @@ fn is_in_dilation(carver: Carver, p: vec3<f32>) -> vec2<bool> {
     return is_in;
 }
 
-// Of the voxels in a box: whether a carver may affect any, and whether it removes all.
+// Whether a carver may affect any voxel in a box, and whether it removes all of them.
 struct BoxClipping {
     affects_some: bool,
     removes_all: bool,
 }
 
-// The same tests for all points of a box in volume space (mm) that is given by its centre and three half
-// edges. More texels than a few are not looked at: then it may affect some.
+// The same tests for all points of a box in volume space (mm), given by its centre and three half edges. A box over
+// more than a few texels is judged by `is_near` alone.
 fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxClipping {
     const MAX_TEXELS: i32 = 10;
     let unknown = BoxClipping(is_near(carver, center_mm, volume.brick_radius_mm + volume.reach_mm), false);
@@ -121,7 +121,7 @@ fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxCl
     if any(high - low >= vec2(MAX_TEXELS)) {
         return unknown;
     }
-    // Points in the inflated mesh: any; in the shrunk mesh: all.
+    // Whether any point is in the inflated mesh, and whether all points are in the shrunk mesh.
     var some_inflated = false;
     var all_shrunk = is_inside_map;
     for (var y = low.y; y <= high.y; y += 1) {

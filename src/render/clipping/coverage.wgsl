@@ -1,11 +1,10 @@
-// What carvers leave of a voxel: its coverage, the visible share of the box of [-1, 1]^3 voxels
-// around it (step IV of the CAO paper, section 3.5), and how they touch it.
+// Coverage of a voxel: the visible share of the box of [-1, 1]^3 voxels around it (step IV of the CAO paper, section
+// 3.5). Also whether a carver removes the voxel.
 //
-// COVERAGE_POINTS is the published rule (algorithm 2): the centre and 8 corners; if they disagree,
-// 32 more points, 41 in all. COVERAGE_LINES needs fewer depths and changes steadily: along lines of
-// sight of the clip camera the share is known exactly from the depths, and the lines are a rank-1
-// lattice that is fixed to the carver, so that moving it moves them along; one that leaves the
-// voxel on one side fades out there and in on the other.
+// COVERAGE_POINTS is the published rule (algorithm 2): the centre and 8 corners. If they disagree, 32 more points
+// follow, 41 in all. COVERAGE_LINES needs fewer depths and changes steadily. Along lines of sight of the clip camera,
+// the depths give the visible share exactly. The lines are a rank-1 lattice that is fixed to the carver and moves with
+// it. A line that leaves the voxel on one side fades out there, and fades in on the other side.
 
 #define_import_path bevy_contextual_ao::coverage
 
@@ -15,7 +14,7 @@
     volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, volume},
 }
 
-// Published points: half extent of the box of the first 9, voxels, and how many follow.
+// Published points: half extent of the box of the first 9 points, voxels, and number of further points.
 const FIRST_POINTS: f32 = 1.025;
 const MORE_POINTS: u32 = 32u;
 
@@ -23,11 +22,11 @@ const MORE_POINTS: u32 = 32u;
 const FADE: f32 = 0.1;
 // Half extent across the lines, voxels: sqrt(1 - FADE²), which keeps the box's variance, + FADE.
 const EXTENT: f32 = 1.0949874;
-// The lattice: point k is (k, 12 k mod 29) / 29. The number of points whose projections are the
-// most even over all directions, among those below the published 32.
+// The lattice: point k is (k, 12 k mod 29) / 29. Among numbers of points below the published 32, 29 has the most even
+// projections over all directions.
 const LINES: u32 = 29u;
 const GENERATOR: u32 = 12u;
-// The first 9 lines are this much longer than the voxel, so that what they miss is small.
+// The first 9 lines are longer than the voxel by this factor, so that they miss little.
 const FIRST_LINES: f32 = 1.5;
 
 struct Clipping {
@@ -36,8 +35,7 @@ struct Clipping {
     is_removed: bool,
 }
 
-// How all carvers near a voxel (bits modulo 32) together clip it. The coverage is needed of voxels
-// that are not transparent.
+// Clipping of a voxel by all carvers near it (bits modulo 32). Only voxels that are not transparent need the coverage.
 fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     let center_mm = local_position(voxel);
     var clipping = Clipping(1.0, false);
@@ -50,7 +48,7 @@ fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
         for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 32u) {
             let p = to_clip_map(carvers[i], center_mm);
             let is_in = is_in_dilation(carvers[i], p);
-            // Of an intersecting carver, what is outside is removed.
+            // An intersecting carver removes its outside.
             let subtracts = carvers[i].operation == OPERATION_SUBTRACT;
             let affects = select(!is_in.y, is_in.x, subtracts);
             let is_removed = select(!is_in.x, is_in.y, subtracts);
@@ -69,7 +67,7 @@ fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     } else if clip_pass.coverage == COVERAGE_CENTER {
         clipping.coverage = f32(is_visible(center_mm, near));
     } else if needs_coverage && is_affected && (clip_pass.coverage != COVERAGE_LINES || cuts > 1u) {
-        // What two carvers remove together does not follow from what each of them does.
+        // The share that two carvers remove together does not follow from the share of each.
         clipping.coverage = visible_share(voxel, near);
     }
     return clipping;
@@ -101,8 +99,9 @@ fn spread_point(k: u32) -> vec3<f32> {
     return 2.0 * fract(vec3(0.5) + f32(k + 1u) * step) - 1.0;
 }
 
-// How much of a line of sight through `p` is inside a carver's mesh, of `half_length` to either side;
-// and its length, rounded alike, so that all of it is exactly all.
+// Length of the part of a line of sight that is inside a carver's mesh, and length of the line. The line reaches
+// `half_length` to either side of `p`. Both lengths are rounded alike, so that they are equal for a line that is all
+// inside.
 fn length_inside(carver: Carver, p: vec3<f32>, half_length: f32) -> vec2<f32> {
     let begin = p.z - half_length;
     let end = p.z + half_length;
@@ -118,15 +117,15 @@ fn length_inside(carver: Carver, p: vec3<f32>, half_length: f32) -> vec2<f32> {
     return vec2(inside, end - begin);
 }
 
-// The share of a voxel at `p` (clip map space) that is inside a carver's mesh. The voxel is taken as
-// a box of the same variance that has one edge along the line of sight (`CarverUniform`).
+// Share of a voxel at `p` (clip map space) that is inside a carver's mesh. The voxel is taken as a box of the same
+// variance that has one edge along the line of sight (`CarverUniform`).
 fn inside_share(carver: Carver, p: vec3<f32>) -> f32 {
-    // In its middle, its corners and the middles of its sides: most voxels are all in or all out.
+    // Lines in the voxel's middle, its corners and the middles of its sides. Most voxels are all in or all out.
     let first_half = FIRST_LINES * carver.footprint_z;
     var some_in = false;
     var some_out = false;
     for (var k = 0u; k < 9u; k += 1u) {
-        // The middle first.
+        // The middle comes first.
         let place = (k + 4u) % 9u;
         let offset = (vec2<f32>(vec2(place % 3u, place / 3u)) - 1.0) * EXTENT;
         let inside = length_inside(carver, beside(carver, p, offset), first_half);

@@ -1,4 +1,4 @@
-//! Lists the bricks that may be clipped otherwise than before, and those in which occlusion may be stale.
+//! Lists the bricks whose clipping may have changed, and the bricks in which only occlusion may be stale.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -25,7 +25,7 @@ use crate::render::{
     },
 };
 
-/// Visits all bricks.
+/// Pass over all bricks.
 #[derive(Resource, Deref)]
 pub(crate) struct CullPass(ComputePass);
 

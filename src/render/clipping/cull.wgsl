@@ -1,7 +1,6 @@
-// Lists the bricks in which something may have changed, and finds the carvers near each: the first level
-// of the work lists. In front those that may be clipped otherwise than before, at the back those in which
-// only occlusion may be stale. A brick that is transparent whatever the carvers do is listed only when
-// everything is.
+// Lists the bricks in which something may have changed, and finds the carvers near each brick: the first level of the
+// work lists. Bricks whose clipping may have changed are in front. Bricks in which only occlusion may be stale are at
+// the back. A brick that is transparent whatever the carvers do is listed only when all bricks are.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, invocation_index},
@@ -30,7 +29,7 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     textureStore(near_carvers, brick_at(index), vec4(near, 0u, 0u, 0u));
 
     var is_listed = clip_pass.lists_all != 0u;
-    // Which voxels are wanted goes by what is hidden.
+    // The voxels to be cast depend on the voxels that carvers remove.
     var clips = is_listed || clip_pass.queue != QUEUE_NONE;
     if !is_listed && is_brick_transparent(index) {
         return;
@@ -42,7 +41,7 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         volume.local_from_voxel[2].xyz,
     );
     var is_affected = false;
-    // By what was, and by what is.
+    // Whether past states hide the brick, and whether present states do.
     var is_hidden = vec2(false);
     for (var k = 0u; k < clip_pass.changes; k += 1u) {
         let clipping = clip_box(changes[k], center_mm, half_mm);

@@ -1,5 +1,5 @@
-// How dense a voxel is after clipping, for the methods that compute the occlusion of all voxels: they bind
-// the opacities first, and what the passes over a volume read as `clip_pass` does.
+// Density of a voxel after clipping, for the methods that compute the occlusion of all voxels. They bind the opacities
+// first, and the settings of the passes over a volume as `clip_pass` does.
 
 #define_import_path bevy_contextual_ao::density
 
@@ -11,7 +11,7 @@
 
 @group(1) @binding(0) var opacities: texture_3d<f32>;
 
-// Opacity, of one occlusion step.
+// Opacity of one occlusion step.
 fn clipped_opacity(voxel: vec3<u32>) -> f32 {
     return textureLoad(opacities, voxel, 0).r;
 }
@@ -21,7 +21,7 @@ fn coverage_of(voxel: vec3<u32>) -> f32 {
     return clip_voxel(vec3<f32>(voxel), carvers_near_brick(voxel / 4u), true).coverage;
 }
 
-// Intensity as the texture gives it, as far as it is not clipped; `lowest` where it is.
+// Intensity as the texture gives it, mixed with `lowest` by the share that is clipped.
 fn clipped_intensity(voxel: vec3<u32>, lowest: f32) -> f32 {
     return mix(lowest, textureLoad(intensities, voxel, 0).r, coverage_of(voxel));
 }

@@ -1,4 +1,4 @@
-//! How far every brick is from the nearest in which something may be seen.
+//! Distance of every brick from the nearest brick in which something may be visible.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -19,14 +19,14 @@ use crate::render::{
     volumes::{bricks::BRICK_FORMAT, layouts, store::VolumeResources},
 };
 
-/// What is occupied, then a sweep along each axis; each visits all bricks.
+/// A pass that finds occupied bricks, then a sweep along each axis. Each visits all bricks.
 #[derive(Resource)]
 pub(crate) struct DistancePasses {
     occupy: ComputePass,
     sweeps: [ComputePass; 3],
 }
 
-/// The bind groups of each.
+/// The bind groups of these passes.
 pub(crate) struct DistanceGroups {
     occupy: BindGroup,
     sweeps: [BindGroup; 3],

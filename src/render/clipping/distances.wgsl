@@ -1,8 +1,8 @@
-// How far every brick is, in bricks and Chebyshev distance, from the nearest in which something
-// visible may be: so far rays may leap. Clipping removes, so what it hides is leapt over as well.
+// Chebyshev distance of every brick, in bricks, from the nearest brick in which something may be visible. Rays may leap
+// that far. Carvers only remove, so rays also leap over bricks that carvers hide.
 //
-// The distance separates over the axes: first along x, then the distances found along y, then z.
-// Distances are capped, so each is a search that ends at the first that cannot be bettered.
+// The distance separates over the axes: distances are found along x, then from these along y, then along z. Distances
+// are capped, and a search ends at the first distance that cannot be improved.
 
 #import bevy_contextual_ao::{
     bricks::{HIDDEN, WIDTH, brick_at, brick_counts, brick_index, mask_at, number_of_bricks, invocation_index},
@@ -18,7 +18,7 @@
 @group(1) @binding(1) var found: texture_storage_3d<r32uint, write>;
 #endif
 
-// Farther is not looked, bricks.
+// Largest distance that is found, bricks.
 const FARTHEST: u32 = 15u;
 
 #ifdef OCCUPY
@@ -41,7 +41,7 @@ fn is_seen(brick: vec3<u32>) -> bool {
     return false;
 }
 
-// The voxels of the brick at a side of another that touch it, as a mask.
+// Mask of the voxels that touch a brick, in its neighbour at a side.
 fn layers_facing(side: vec3<i32>) -> vec2<u32> {
     let x = select(select(0x88888888u, 0x11111111u, side.x > 0), 0xffffffffu, side.x == 0);
     let y = select(select(0xf000f000u, 0x000f000fu, side.y > 0), 0xffffffffu, side.y == 0);

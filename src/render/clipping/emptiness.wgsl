@@ -1,12 +1,11 @@
-// Which bricks are transparent whatever the carvers do: decided by the range of intensities around
-// a brick, because drawing classifies interpolated intensities (a cell can be visible although its
-// corners are transparent).
+// Tests for bricks that are transparent whatever the carvers do. The range of intensities around a brick decides,
+// because drawing classifies interpolated intensities: a cell can be visible although its corners are transparent.
 
 #define_import_path bevy_contextual_ao::emptiness
 
 #import bevy_contextual_ao::volume_bindings::lookup_entry
 
-// Number of table entries before each that have opacity.
+// Number of table entries with opacity before each entry.
 @group(1) @binding(0) var<storage, read> opaque_before: array<u32>;
 // Lowest and highest intensity around a brick (`ranges.wgsl`): 16 bits each.
 @group(1) @binding(1) var<storage, read> ranges: array<u32>;

@@ -1,5 +1,5 @@
-// Step IV of the CAO paper (section 3.5) in the listed bricks in which carvers that changed cut nothing:
-// the occlusion of voxels within reach of where one was or is becomes stale.
+// Step IV of the CAO paper (section 3.5) in the listed bricks in which changed carvers clip nothing. The occlusion of
+// voxels within reach of a carver's past or present state becomes stale.
 
 #import bevy_contextual_ao::{
     bricks::{VALID, brick_at, mask_at, mask_bit},
@@ -11,7 +11,7 @@
     work_list::BACK,
 }
 
-// Of the brick's voxels, as a mask.
+// Stale voxels of the brick, as a mask.
 var<workgroup> stale: array<atomic<u32>, 2>;
 
 @compute @workgroup_size(4, 4, 4)
@@ -25,7 +25,7 @@ fn expire(
     if brick == NOTHING {
         return;
     }
-    // Beyond the grid's edge it is harmless.
+    // Bits beyond the grid's edge are harmless.
     let voxel = 4u * brick_at(brick) + local;
     atomicOr(&stale[local.z >> 1u], select(0u, mask_bit(local), is_stale(local_position(vec3<f32>(voxel)))));
     workgroupBarrier();

@@ -1,4 +1,4 @@
-//! The passes of step IV over one volume, bound.
+//! Bound passes of step IV over one volume.
 
 use bevy::render::{
     render_resource::{BindGroup, Buffer, CommandEncoder},
@@ -20,19 +20,19 @@ pub(crate) struct ClipJob {
     pub groups: VolumeGroups,
     /// Number of bricks.
     pub bricks: u32,
-    /// Once per volume.
+    /// Bind group that finds ranges, for a new volume or another stride of the occlusion.
     pub ranges: Option<BindGroup>,
-    /// Where carvers or anything else changed.
+    /// Passes that clip, if carvers or anything else changed.
     pub carve: Option<CarveJob>,
 }
 
-/// Finds what changed and clips it.
+/// Passes that find the changed bricks and clip them.
 pub(crate) struct CarveJob {
     voxel_masks: Buffer,
     /// First byte and size of the mask of pending voxels.
     pending: (u64, u64),
     pub cull: BindGroup,
-    /// The list of bricks that it fills.
+    /// The list of bricks that `cull` fills.
     pub bricks: BindGroup,
     pub clip: BindGroup,
     pub brick_list: Buffer,
@@ -42,7 +42,7 @@ pub(crate) struct CarveJob {
 }
 
 impl CarveJob {
-    /// Forgets voxels whose rays were to go on being cast: the list begins anew.
+    /// Forgets voxels whose rays were still to be cast, because the list begins anew.
     pub fn forget_pending(&self, encoder: &mut CommandEncoder) {
         let (first, size) = self.pending;
         encoder.clear_buffer(&self.voxel_masks, first, Some(size));
@@ -50,7 +50,7 @@ impl CarveJob {
 }
 
 impl ClippingPasses<'_> {
-    /// Writes what the passes read and makes their bind groups; `None` where there is nothing to do.
+    /// Writes the inputs of the passes and makes their bind groups. `None` if there is nothing to do.
     pub fn bind(
         &self,
         step: &ClipStep,

@@ -1,4 +1,4 @@
-//! Step IV of the CAO paper: which voxels carvers touch, what they leave of them, and where nothing is left.
+//! Step IV of the CAO paper: the voxels that carvers touch, their coverage, and the bricks that are left empty.
 
 pub(super) mod changes;
 pub(super) mod clip;
@@ -11,7 +11,7 @@ pub(super) mod step;
 
 use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
-/// Makes the shaders known.
+/// Adds the shaders.
 pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "changes.wgsl");
     load_shader_library!(app, "emptiness.wgsl");

@@ -15,7 +15,7 @@ pub(crate) struct ClippingPasses<'w> {
 }
 
 impl ClippingPasses<'_> {
-    /// Whether volumes can be clipped. All pipelines are asked for at once.
+    /// Whether volumes can be clipped. The first call requests all pipelines at once.
     pub fn are_ready(&self) -> bool {
         let cache = &self.cache;
         self.ranges.is_ready(cache)

@@ -1,4 +1,4 @@
-//! The range of intensities around every brick, once per volume.
+//! Range of intensities around every brick, found once per volume and stride of the occlusion.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -17,7 +17,7 @@ use crate::render::{
     volumes::{layouts, store::VolumeResources},
 };
 
-/// Visits all bricks.
+/// Pass over all bricks.
 #[derive(Resource, Deref)]
 pub(crate) struct RangesPass(ComputePass);
 

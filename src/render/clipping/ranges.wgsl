@@ -1,5 +1,5 @@
-// The range of intensities around every brick. It covers all points that read the brick's occlusion: they lie up to a
-// voxel beyond its outermost voxel centres, or up to 1.5 voxels where 2x2x2 voxels have one factor.
+// Range of intensities around every brick. It covers all points that read the brick's occlusion. They lie up to one
+// voxel beyond its outermost voxel centres. Where 2x2x2 voxels have one factor, they lie up to 1.5 voxels beyond.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, number_of_bricks, invocation_index},
@@ -26,7 +26,7 @@ fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
         lowest = min(lowest, intensity);
         highest = max(highest, intensity);
     }
-    // Outwards, but what 16 bits hold exactly stays as it is: rounded there are 1e-7 at most.
+    // Rounded outwards, except values that 16 bits hold exactly: their rounding error is 1e-7 at most.
     let range = vec2(floor(lowest * 65535.0 + 0.01), ceil(highest * 65535.0 - 0.01));
     let bits = vec2<u32>(clamp(range, vec2(0.0), vec2(65535.0)));
     ranges[index] = bits.x | (bits.y << 16u);

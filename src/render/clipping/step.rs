@@ -1,4 +1,4 @@
-//! What step IV has to do for a volume this frame, given what is on the GPU for it.
+//! Work of step IV on a volume in a frame, given the state of the volume's data on the GPU.
 
 use bevy::prelude::*;
 
@@ -16,37 +16,37 @@ use crate::{
     },
 };
 
-/// What an occlusion method asks of clipping.
+/// Demands of an occlusion method on clipping.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Demand {
-    /// Which stale voxels are listed.
+    /// Stale voxels to be listed.
     pub(crate) queue: Queue,
-    /// Whether all voxels are stale as soon as one is.
+    /// Whether all voxels are stale as soon as one voxel is.
     pub(crate) restarts: bool,
 }
 
-/// What has to be done.
+/// Work of step IV on a volume in a frame.
 pub(crate) struct ClipStep {
     pub finds_ranges: bool,
-    /// Carvers whose surroundings are clipped anew; `None` where nothing is.
+    /// Carvers whose surroundings are clipped anew; `None` if nothing is clipped.
     pub changes: Option<Vec<CarverUniform>>,
     /// Whether all voxels are stale, not only those near a change.
     pub is_all_stale: bool,
-    /// Whether nothing changed but the transfer function.
+    /// Whether only the transfer function changed.
     pub changes_table_alone: bool,
     pub queue: Queue,
     pub pass: ClipPassUniform,
 }
 
 impl ClipStep {
-    /// Whether occlusion may not be what it was.
+    /// Whether occlusion may have changed.
     pub fn has_changes(&self) -> bool {
         self.changes.is_some()
     }
 }
 
 impl VolumeResources {
-    /// Decides what is clipped this frame, and records it as done: once planned, it is.
+    /// Plans the clipping of this frame, and records it as done: a planned step always runs.
     pub fn clip_step(
         &mut self,
         volume: &ExtractedVolume,
@@ -76,7 +76,7 @@ impl VolumeResources {
                 let count = past.len();
                 (Some(past.into_iter().chain(present).collect()), count)
             }
-            // As if all had just come.
+            // As if all carvers had just come.
             _ if !optimizations.rest => (Some(all_carvers().collect::<Vec<_>>()), 0),
             _ => (None, 0),
         };
@@ -106,9 +106,9 @@ impl VolumeResources {
     }
 }
 
-/// Where carvers that changed may show, as boxes around them; `None` if that is everywhere.
+/// Boxes around changed carvers that contain all points at which they may show; `None` if that is everywhere.
 pub(crate) fn outlines(changes: &[CarverUniform], volume: &ExtractedVolume) -> Option<Vec<[Vec3; 8]>> {
-    // A point reads voxels that are up to a cell's diagonal away; another for rounding.
+    // A point reads voxels that are up to a cell's diagonal away. Another diagonal covers rounding.
     let geometry = &volume.geometry;
     let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
     changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect()

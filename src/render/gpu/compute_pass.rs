@@ -1,4 +1,4 @@
-//! A compute pass: its pipeline, how it is bound and how it is dispatched.
+//! Compute passes: their pipelines, bind groups and dispatches.
 
 use bevy::{
     prelude::*,
@@ -18,51 +18,51 @@ use super::formats::Formats;
 
 /// Voxels along each side of a brick (`bricks.wgsl`).
 const BRICK: u32 = 4;
-/// Invocations of a workgroup that takes a brick each.
+/// Number of invocations of a workgroup in [`Groups::Invocations`].
 pub(crate) const WIDTH: u32 = 64;
-/// Words of the head of one end of a list, the arguments of the dispatch first (`work_list.wgsl`).
+/// Number of words in the head of a list's end. The arguments of the dispatch come first (`work_list.wgsl`).
 pub(crate) const LIST_HEAD: u32 = 4;
-/// Most workgroups along one dimension of a dispatch (the WebGPU limit).
+/// Largest number of workgroups along one dimension of a dispatch (the WebGPU limit).
 const MAX_GROUPS: u32 = 65_535;
 
-/// Number of bricks of a volume along each axis, those at its edges counted whole.
+/// Number of bricks of a volume along each axis, including incomplete bricks at the edges.
 pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
     (dimensions + (BRICK - 1)) / BRICK
 }
 
-/// One compute pass, and the layout of the bind group that is its own.
+/// One compute pass, and the layout of its own bind group.
 pub struct ComputePass {
     name: &'static str,
     layout: BindGroupLayoutDescriptor,
     descriptor: ComputePipelineDescriptor,
-    /// Queued when it is first asked for.
+    /// Queued at the first request.
     pipeline: OnceLock<CachedComputePipelineId>,
 }
 
-/// What a compute pass is made of.
+/// Description of a compute pass.
 #[derive(Default)]
 pub struct PassDescriptor<'a> {
-    /// Label of all that belongs to it.
+    /// Label of the pass and of everything that belongs to it.
     pub name: &'static str,
-    /// Its shader.
+    /// Shader of the pass.
     pub shader: Handle<Shader>,
-    /// Where it begins; the shader's only entry point where it is not named.
+    /// Entry point of the shader. `None`: the shader's only entry point.
     pub entry_point: Option<&'static str>,
-    /// More than those that all passes have: `VOLUME_BIND_GROUP`; where the device can, `STORE_R8` (textures of one
-    /// byte a texel are written) and `GRID_BORDER` (what is read outside of a grid is transparent).
+    /// Definitions besides those of all passes. All passes have `VOLUME_BIND_GROUP`. `STORE_R8` is set if the device
+    /// can write textures of one byte a texel. `GRID_BORDER` is set if samples outside a grid are transparent.
     pub shader_defs: Vec<ShaderDefVal>,
-    /// Layouts of the groups before its own.
+    /// Layouts of the groups before the pass's own group.
     pub before: Vec<BindGroupLayoutDescriptor>,
-    /// Layout of its own group.
+    /// Layout of the pass's own group.
     pub own: &'a [BindGroupLayoutEntry],
-    /// Layouts of the groups behind its own.
+    /// Layouts of the groups behind the pass's own group.
     pub behind: Vec<BindGroupLayoutDescriptor>,
-    /// Whether the shader counts on workgroup memory to be 0 at first.
+    /// Whether the shader relies on workgroup memory being 0 at first.
     pub zeroes_memory: bool,
 }
 
 impl ComputePass {
-    /// Describes it; nothing is compiled yet.
+    /// Describes a pass. Nothing is compiled yet.
     pub fn new(world: &World, descriptor: PassDescriptor) -> Self {
         let layout = BindGroupLayoutDescriptor::new(descriptor.name, descriptor.own);
         let mut layouts = descriptor.before;
@@ -83,7 +83,7 @@ impl ComputePass {
         Self { name, layout, descriptor, pipeline: default() }
     }
 
-    /// Whether its pipeline is there. It is compiled from the first time on that this is asked.
+    /// Whether the pipeline is compiled. The first call starts its compilation.
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
         self.pipeline(cache).is_some()
     }
@@ -93,12 +93,12 @@ impl ComputePass {
         cache.get_compute_pipeline(*self.pipeline.get_or_init(queue))
     }
 
-    /// The layout of its own bind group, for others to have it as well.
+    /// Layout of the pass's own bind group, for other passes to share.
     pub fn layout(&self) -> &BindGroupLayoutDescriptor {
         &self.layout
     }
 
-    /// Its own bind group, of resources in the order of their bindings.
+    /// Makes the pass's own bind group from resources in the order of their bindings.
     pub fn bind<'b, const N: usize>(
         &self,
         resources: impl IntoBindingArray<'b, N>,
@@ -108,7 +108,7 @@ impl ComputePass {
         self.bind_entries(&BindGroupEntries::sequential(resources), cache, device)
     }
 
-    /// The same, of entries with their bindings.
+    /// Makes the same bind group from entries with their bindings.
     pub fn bind_entries(
         &self,
         entries: &[BindGroupEntry],
@@ -118,7 +118,7 @@ impl ComputePass {
         device.create_bind_group(self.name, &cache.get_bind_group_layout(&self.layout), entries)
     }
 
-    /// Begins it, to be bound and dispatched; `None` while its pipeline is not there.
+    /// Begins the pass, to be bound and dispatched. `None` until its pipeline is compiled.
     pub fn begin<'e>(
         &self,
         encoder: &'e mut CommandEncoder,
@@ -131,7 +131,7 @@ impl ComputePass {
         Some(pass)
     }
 
-    /// Runs it once, with all its bind groups.
+    /// Encodes one dispatch of the pass, with all its bind groups.
     pub fn encode<'b>(
         &self,
         encoder: &mut CommandEncoder,
@@ -163,8 +163,8 @@ impl ComputePass {
         }
     }
 
-    /// Runs it many times, each with an offset into the uniforms of the second bind group, and with so many
-    /// workgroups. Each sees what the one before wrote.
+    /// Encodes many dispatches of the pass. Each step has an offset into the uniforms of the second bind group, and its
+    /// numbers of workgroups. Each dispatch sees the writes of the one before.
     pub fn encode_steps(
         &self,
         encoder: &mut CommandEncoder,
@@ -186,7 +186,7 @@ impl ComputePass {
     }
 }
 
-/// Whether the pipelines of all are there; all are asked for at once.
+/// Whether the pipelines of all passes are compiled. The first call requests all of them at once.
 pub(crate) fn are_ready<'p>(
     passes: impl IntoIterator<Item = &'p ComputePass>,
     cache: &PipelineCache,
@@ -194,27 +194,27 @@ pub(crate) fn are_ready<'p>(
     passes.into_iter().filter(|pass| !pass.is_ready(cache)).count() == 0
 }
 
-/// How many workgroups a pass gets.
+/// Numbers of workgroups of a dispatch.
 #[derive(Clone, Copy)]
 pub enum Groups<'a> {
-    /// Columns and rows of them.
+    /// This many columns and rows of workgroups.
     Square(u32),
     /// One invocation for each pixel, 8x8 to a workgroup.
     Pixels(UVec2),
     /// One invocation for each voxel, a brick to a workgroup.
     Voxels(UVec3),
-    /// So many invocations, 64 to a workgroup, in rows of workgroups where there are more than 65,535.
+    /// This many invocations, 64 to a workgroup. More than 65,535 workgroups form several rows.
     Invocations(u32),
-    /// As the head of a list's end says (`work_list.wgsl`).
+    /// The numbers in the head of a list's end (`work_list.wgsl`).
     Listed(&'a Buffer, ListEnd),
 }
 
 /// One end of a list, as `FRONT` and `BACK` in WGSL.
 #[derive(Clone, Copy)]
 pub enum ListEnd {
-    /// What comes first.
+    /// Items from the beginning.
     Front,
-    /// What is appended from the end.
+    /// Items appended from the end.
     Back,
 }
 

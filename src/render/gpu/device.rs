@@ -1,4 +1,4 @@
-//! What planning a pass takes of the device.
+//! Device resources for planning passes.
 
 use bevy::{
     ecs::system::SystemParam,
@@ -11,18 +11,18 @@ use bevy::{
 
 use super::formats::Formats;
 
-/// Stands in both worlds where the device has what the passes need.
+/// Present in both worlds if the device supports the passes.
 #[derive(Resource)]
 pub(crate) struct DeviceSupport;
 
-/// The device, and what is made with it.
+/// The device, and the resources made with it.
 #[derive(SystemParam)]
 pub struct Gpu<'w> {
     /// Makes buffers, textures and bind groups.
     pub device: Res<'w, RenderDevice>,
-    /// Writes what shaders read.
+    /// Writes data that shaders read.
     pub queue: Res<'w, RenderQueue>,
-    /// Has pipelines and layouts.
+    /// Holds pipelines and layouts.
     pub cache: Res<'w, PipelineCache>,
     pub(crate) formats: Res<'w, Formats>,
 }

@@ -1,4 +1,4 @@
-//! What the device can do: texture formats and samplers that differ between adapters.
+//! Texture formats and samplers that differ between adapters.
 
 use bevy::shader::ShaderDefVal;
 use bevy::{
@@ -19,13 +19,13 @@ use crate::volume::{Intensities, StoredBytes};
 /// The formats and samplers chosen for this device.
 #[derive(Resource)]
 pub(crate) struct Formats {
-    /// One number in [0, 1] per voxel, written by compute passes, filtered when read.
+    /// Format of one number in [0, 1] per voxel, written by compute passes and filtered when read.
     pub scalar: TextureFormat,
-    /// Intensities of more than 8 bits.
+    /// Format of intensities of more than 8 bits.
     intensity16: TextureFormat,
-    /// Filters, clamping to the edge.
+    /// Filtering sampler that clamps to the edge.
     pub edge_sampler: Sampler,
-    /// Filters; outside the grid transparent where the device can, else clamped to the edge.
+    /// Filtering sampler that is transparent outside the grid if the device can, else clamps to the edge.
     pub grid_sampler: Sampler,
     has_grid_border: bool,
 }
@@ -37,7 +37,7 @@ impl FromWorld for Formats {
 }
 
 impl Formats {
-    /// The best that a device can do.
+    /// Chooses the best formats and samplers of a device.
     pub fn new(device: &RenderDevice, adapter: &RenderAdapter) -> Self {
         let features = device.features();
         let stores = |format: TextureFormat| {
@@ -81,13 +81,13 @@ impl Formats {
         }
     }
 
-    /// How many bytes a voxel takes.
+    /// Number of bytes a voxel takes in each format.
     pub fn stored_bytes(&self) -> StoredBytes {
         let bytes = |format: TextureFormat| format.block_copy_size(None).unwrap_or(4).into();
         StoredBytes { scalar: bytes(self.scalar), intensity16: bytes(self.intensity16) }
     }
 
-    /// The definitions that every compute shader is compiled with.
+    /// Definitions for every compute shader.
     pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
         let mut defs = vec![ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), 0)];
         if self.scalar == TextureFormat::R8Unorm {
@@ -99,7 +99,7 @@ impl Formats {
         defs
     }
 
-    /// A texture format for intensities, their values in it, and the stored value that it gives as 1.
+    /// Texture format of intensities, their values in this format, and the stored value that the texture gives as 1.
     pub fn encode_intensities<'a>(
         &self,
         intensities: &'a Intensities,
@@ -127,7 +127,8 @@ impl Formats {
     }
 }
 
-/// A 3D texture of one value per voxel, or per brick, that passes read and, with `STORAGE_BINDING`, write.
+/// Describes a 3D texture of one value per voxel or brick. Passes read the texture and, with `STORAGE_BINDING`, write
+/// it.
 pub(crate) fn volume_texture(
     label: &'static str,
     dimensions: UVec3,

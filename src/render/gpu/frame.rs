@@ -1,4 +1,4 @@
-//! How passes are encoded, timed and counted: those of all views together, and those of a view.
+//! Encoding, timing and counting of passes: passes of all views together, and passes of one view.
 
 use bevy::{
     prelude::*,
@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use crate::diagnostics::ReportChannel;
 
-/// Whether every pass is waited for and timed by the clock.
+/// Whether the CPU waits for every pass and times it by the clock.
 #[derive(Resource, Default)]
 pub(crate) struct TimesByClock(pub bool);
 
@@ -21,7 +21,7 @@ pub struct Frame<'w, 's, 'a> {
     ctx: RenderContext<'w, 's>,
     queue: &'a RenderQueue,
     times_by_clock: bool,
-    /// Span, number of jobs and, if timed by the clock, milliseconds.
+    /// Span, number of jobs and, if timed by the clock, milliseconds of each pass.
     ran: Vec<(&'static str, u64, Option<f64>)>,
 }
 
@@ -30,8 +30,8 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         Self { ctx, queue, times_by_clock: timing.0, ran: Vec::new() }
     }
 
-    /// The same in the schedule of a view. Where passes are timed by the clock, those before it are run
-    /// first: what they encoded has to be applied by then ([`are_timed_by_clock`]).
+    /// Frame in the schedule of a view. If passes are timed by the clock, all earlier passes run first. Their commands
+    /// must be applied by then ([`are_timed_by_clock`]).
     pub(crate) fn of_view(
         ctx: RenderContext<'w, 's>,
         queue: &'a RenderQueue,
@@ -46,12 +46,13 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         frame
     }
 
-    /// For what is no pass. Where passes are timed by the clock, it is submitted after all of them.
+    /// Encoder for commands outside passes. If passes are timed by the clock, its commands are submitted after all of
+    /// them.
     pub fn encoder(&mut self) -> &mut CommandEncoder {
         self.ctx.command_encoder()
     }
 
-    /// One pass over its jobs; nothing where there are none. `span` is its name in the diagnostics.
+    /// Encodes one pass over its jobs, or nothing if there are no jobs. `span` is its name in the diagnostics.
     pub fn pass<J>(
         &mut self,
         span: &'static str,
@@ -115,12 +116,12 @@ fn submit_and_wait(
 }
 
 fn wait(device: &RenderDevice) {
-    // An error means that the device was lost: then there is nothing to wait for.
+    // An error means that the device was lost: there is nothing to wait for.
     let _ = device.poll(PollType::wait_indefinitely());
 }
 
-/// Whether passes are timed by the clock: a pass in the schedule of a view then needs an `ApplyDeferred`
-/// before it, which that schedule does not insert by itself.
+/// Whether passes are timed by the clock. If so, a pass in the schedule of a view needs an `ApplyDeferred` before it.
+/// That schedule inserts none by itself.
 pub(crate) fn are_timed_by_clock(timing: Res<TimesByClock>) -> bool {
     timing.0
 }

@@ -1,5 +1,5 @@
-//! What passes are made of: formats that the device has, textures, uniform buffers, compute passes, variants of render
-//! pipelines; and how they are encoded, timed and counted.
+//! Parts of passes: formats that the device has, textures, uniform buffers, compute passes, variants of render
+//! pipelines. Also the encoding, timing and counting of passes.
 
 pub(super) mod compute_pass;
 pub(super) mod device;

@@ -1,8 +1,8 @@
-//! Variants of render pipelines that are compiled before they are drawn with.
+//! Compilation of render pipeline variants before their first use.
 
 use bevy::render::render_resource::{PipelineCache, SpecializedRenderPipeline, SpecializedRenderPipelines};
 
-/// Whether the variants of some keys are there. All are compiled from the first time on that this is asked.
+/// Whether the variants of all `keys` are compiled. The first call starts their compilation.
 pub(crate) fn variants_are_ready<P: SpecializedRenderPipeline>(
     base: &P,
     variants: &mut SpecializedRenderPipelines<P>,

@@ -1,4 +1,4 @@
-//! Textures with their views, and what textures and buffers take on the GPU.
+//! Textures with their views, and GPU usage of textures and buffers.
 
 use bevy::{
     prelude::*,
@@ -13,7 +13,7 @@ use bevy::{
 
 use crate::diagnostics::GpuUsage;
 
-/// A texture with the view of all of it.
+/// A texture with a view of the whole texture.
 #[derive(Clone)]
 pub(crate) struct TextureAndView {
     pub texture: Texture,
@@ -31,7 +31,7 @@ impl TextureAndView {
         Self { texture, view }
     }
 
-    /// A square 2D array that shaders read.
+    /// Makes a square 2D array texture that shaders read.
     pub fn array(
         device: &RenderDevice,
         label: &'static str,
@@ -43,7 +43,7 @@ impl TextureAndView {
         Self::new(device, &descriptor, TextureViewDimension::D2Array)
     }
 
-    /// A square that shaders read.
+    /// Makes a square 2D texture that shaders read.
     pub fn single(
         device: &RenderDevice,
         label: &'static str,
@@ -56,7 +56,7 @@ impl TextureAndView {
     }
 }
 
-/// Describes squares that shaders read, and that are written to as `written_as`.
+/// Describes square textures that shaders read. `written_as` is the usage for writing.
 fn square(
     label: &'static str,
     (size, layers): (u32, u32),

@@ -1,4 +1,4 @@
-//! Uniform buffers that live as long as what they describe, and are written where it changed.
+//! Uniform buffers that live as long as the things they describe, and are written only on change.
 
 use bevy::{
     platform::collections::HashMap,
@@ -12,7 +12,7 @@ use core::hash::Hash;
 
 use super::device::Gpu;
 
-/// Puts a value where shaders read it, unless it is there. Returns whether it was not.
+/// Writes a value into a buffer, unless the buffer already holds it. Returns whether it was written.
 pub(crate) fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
     buffer: &mut UniformBuffer<T>,
     value: T,
@@ -27,11 +27,11 @@ pub(crate) fn write_if_changed<T: ShaderType + WriteInto + PartialEq>(
     is_new
 }
 
-/// A buffer each for things that come and go, as views do.
+/// One buffer for each thing that comes and goes, such as a view.
 pub(crate) struct BuffersOf<K, B> {
-    /// Of the frame.
+    /// Buffers that this frame asked for.
     now: HashMap<K, B>,
-    /// Of the frame before, as far as the frame has not asked for them.
+    /// Buffers of the previous frame that this frame has not asked for yet.
     before: HashMap<K, B>,
 }
 
@@ -42,12 +42,12 @@ impl<K, B> Default for BuffersOf<K, B> {
 }
 
 impl<K: Eq + Hash, B: Default> BuffersOf<K, B> {
-    /// Begins a frame: what the frame before did not ask for is freed.
+    /// Begins a frame. Frees the buffers that the previous frame did not ask for.
     pub fn begin_frame(&mut self) {
         self.before = core::mem::take(&mut self.now);
     }
 
-    /// The buffer of one, as the frame before left it.
+    /// Buffer of a key, as the previous frame left it.
     pub fn of(&mut self, key: K) -> &mut B {
         let Self { now, before } = self;
         now.entry(key).or_insert_with_key(|key| before.remove(key).unwrap_or_default())
@@ -55,7 +55,7 @@ impl<K: Eq + Hash, B: Default> BuffersOf<K, B> {
 }
 
 impl<K: Eq + Hash, T: ShaderType + WriteInto + PartialEq + Default> BuffersOf<K, UniformBuffer<T>> {
-    /// Writes the value of one where it changed, and binds it.
+    /// Writes the value of a key if it changed, and returns its binding.
     pub fn write(&mut self, key: K, value: T, gpu: &Gpu) -> Option<BindingResource<'_>> {
         let buffer = self.of(key);
         write_if_changed(buffer, value, &gpu.device, &gpu.queue);

@@ -1,8 +1,8 @@
-//! Step V of the CAO paper: the occlusion, by rays as the paper has it, or by another method. A folder has all that is
-//! a method's but its settings, which are in `occlusion`; nobody else names it.
+//! Step V of the CAO paper: the occlusion, by the paper's rays or by another method. A folder holds a whole method
+//! except for its settings, which are in `occlusion`. No other folder names a method.
 //!
-//! There are two kinds. Methods of voxels implement `VoxelMethod`, and the core runs them. Methods of views add their
-//! passes to the schedule of a view.
+//! There are two kinds of methods. Methods of voxels implement `VoxelMethod`, and the core runs them. Methods of views
+//! add their passes to the schedule of a view.
 
 #[cfg(feature = "other_methods")]
 mod direct;
@@ -19,12 +19,12 @@ pub(super) mod voxel_method;
 
 use bevy::{prelude::*, shader::load_shader_library};
 
-/// All methods of this crate. A new one adds a line.
+/// All methods of this crate. A new method adds a line.
 pub(super) struct MethodPlugins;
 
 impl Plugin for MethodPlugins {
     fn build(&self, app: &mut App) {
-        // The material is compiled with these, whatever it draws.
+        // The material is always compiled with these libraries, whatever it draws.
         load_shader_library!(app, "sweeping/octants.wgsl");
         load_shader_library!(app, "sweeping/surface_ray.wgsl");
         app.add_plugins(rays::RaysPlugin);

@@ -1,5 +1,5 @@
-//! Pipelines of an occlusion method are compiled when a volume first wants the method. Until they are there, the
-//! volume keeps the method before, so that no change of settings shows it without occlusion.
+//! Compilation of an occlusion method's pipelines, when a volume first wants the method. Until they are ready, the
+//! volume keeps its previous method, so that no change of settings shows it without occlusion.
 
 use bevy::{
     ecs::schedule::ScheduleLabel,
@@ -26,12 +26,12 @@ impl CompilesInBackground {
     }
 }
 
-/// The methods that were wanted so far, by their names, with whether their pipelines are there. In both worlds.
+/// Methods wanted so far, by name, with whether their pipelines are ready. Both worlds share them.
 #[derive(Resource, Clone)]
 pub(crate) struct MethodPipelines(Arc<Mutex<HashMap<&'static str, (OcclusionMethod, bool)>>>);
 
 impl Default for MethodPipelines {
-    /// With the default method: what it needs is compiled while volumes are being read.
+    /// Wants the default method, so that its pipelines are compiled while volumes are being read.
     fn default() -> Self {
         let method = OcclusionMethod::default();
         Self(Arc::new(Mutex::new([(method.name(), (method, false))].into_iter().collect())))
@@ -39,7 +39,7 @@ impl Default for MethodPipelines {
 }
 
 impl MethodPipelines {
-    /// Whether the pipelines of a method are there. They are wanted from now on.
+    /// Whether the pipelines of a method are ready. From now on they are wanted.
     pub fn are_there_for(&self, method: &OcclusionMethod) -> bool {
         let wanted = || (method.clone(), false);
         self.0.lock().is_ok_and(|mut methods| methods.entry(method.name()).or_insert_with(wanted).1)
@@ -51,37 +51,37 @@ impl MethodPipelines {
     }
 }
 
-/// In this schedule those ask for pipelines whose methods draw into views. It is run once a frame, and once more
-/// where pipelines were missing.
+/// Schedule that asks for pipelines. Methods of views add their systems to it. It runs once a frame, and once more if
+/// pipelines were missing.
 #[derive(ScheduleLabel, Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct AskForPipelines;
 
-/// Whether the pipelines of a method of views are there, of those that are wanted.
+/// Wanted methods of views, with whether their pipelines are ready.
 #[derive(Resource, Default)]
 pub(crate) struct ViewPipelines(HashMap<&'static str, bool>);
 
 impl ViewPipelines {
-    /// Tells whether they are there.
+    /// Records whether the pipelines of a method are ready.
     pub fn tell(&mut self, method: &'static str, are_there: bool) {
         self.0.insert(method, are_there);
     }
 }
 
-/// Whether all that was asked for is there.
+/// Whether all pipelines that were asked for are ready.
 #[derive(Resource, Default)]
 pub(crate) struct AllAreThere(bool);
 
-/// Compiles what is wanted, and says what is there.
+/// Compiles the wanted pipelines, and records which are ready.
 pub(crate) fn find_ready(world: &mut World) {
     world.run_schedule(AskForPipelines);
     if !world.resource::<AllAreThere>().0 {
-        // At once, rather than later in the frame: where nothing is compiled in the background, this frame has it.
+        // Now, not later in the frame: without compilation in the background, this frame has the pipelines.
         world.resource_mut::<PipelineCache>().process_queue();
         world.run_schedule(AskForPipelines);
     }
 }
 
-/// Asks all passes that are wanted, whatever others say.
+/// Asks for the pipelines of all wanted passes, even after one is not ready.
 pub(crate) fn ask(
     carvers: CarverPasses,
     clipping: ClippingPasses,

@@ -1,4 +1,4 @@
-//! The methods that plugins brought, each behind the same face.
+//! Registry of the methods that plugins add, each behind the same trait.
 
 use bevy::{
     prelude::*,
@@ -17,7 +17,7 @@ use crate::{
     },
 };
 
-/// Brings a method that computes the occlusion of voxels. It is added after Bevy's `DefaultPlugins`.
+/// Adds a method that computes the occlusion of voxels. Add this plugin after Bevy's `DefaultPlugins`.
 pub struct VoxelMethodPlugin<M>(PhantomData<fn() -> M>);
 
 impl<M> Default for VoxelMethodPlugin<M> {
@@ -37,7 +37,7 @@ impl<M: VoxelMethod> Plugin for VoxelMethodPlugin<M> {
     }
 }
 
-/// How the methods are made, when there is a device.
+/// Constructors of the methods, run when there is a device.
 #[derive(Resource, Default, Clone)]
 struct MethodMakers(Vec<fn(&mut World) -> Box<dyn AnyVoxelMethod>>);
 
@@ -53,17 +53,17 @@ impl FromWorld for VoxelMethods {
 }
 
 impl VoxelMethods {
-    /// The one that computes what some settings ask for.
+    /// The method that computes the occlusion of some settings.
     pub fn of(&self, method: &OcclusionMethod) -> Option<&dyn AnyVoxelMethod> {
         self.0.iter().find(|voxels| voxels.computes(method)).map(|voxels| &**voxels)
     }
 
-    /// The same, to plan with.
+    /// The same method, mutable for planning.
     pub fn of_mut(&mut self, method: &OcclusionMethod) -> Option<&mut Box<dyn AnyVoxelMethod>> {
         self.0.iter_mut().find(|voxels| voxels.computes(method))
     }
 
-    /// Encodes the passes of all.
+    /// Encodes the passes of all methods.
     pub fn encode(&self, frame: &mut Frame, cache: &PipelineCache) {
         for method in &self.0 {
             method.encode(frame, cache);
@@ -71,11 +71,11 @@ impl VoxelMethods {
     }
 }
 
-/// A [`VoxelMethod`] of whatever type.
+/// A [`VoxelMethod`] of any type.
 pub(crate) trait AnyVoxelMethod: Send + Sync {
     fn computes(&self, method: &OcclusionMethod) -> bool;
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool;
-    /// Forgets the frame before.
+    /// Forgets the jobs of the previous frame, and reads the world.
     fn begin_frame(&mut self, world: &World);
     fn keep(
         &self,
@@ -113,7 +113,7 @@ impl<M: VoxelMethod> AnyVoxelMethod for Registered<M> {
         volume: &KeptVolume,
         gpu: &Gpu,
     ) -> Box<dyn MethodResources> {
-        // What another method kept is freed before anything is made.
+        // Resources of another method are freed before new ones are made.
         let kept = kept.and_then(|kept| kept.take::<M::Kept>()).map(|kept| *kept);
         Box::new(self.method.keep(kept, volume, gpu))
     }
@@ -133,7 +133,7 @@ impl<M: VoxelMethod> AnyVoxelMethod for Registered<M> {
     }
 }
 
-/// Lets methods read what they need, once a frame.
+/// Lets methods read the render world, once a frame.
 pub(crate) fn begin_methods(world: &mut World) {
     world.resource_scope(|world, mut methods: Mut<VoxelMethods>| {
         for method in &mut methods.0 {
@@ -142,7 +142,7 @@ pub(crate) fn begin_methods(world: &mut World) {
     });
 }
 
-/// Lets the methods of all volumes keep what they need, and frees what others had; before materials bind it.
+/// Keeps each volume's resources for its method, and frees those of other methods, before materials bind them.
 pub(crate) fn keep_for_methods(
     scene: Res<ExtractedScene>,
     methods: Res<VoxelMethods>,

@@ -1,4 +1,4 @@
-//! What a method is that computes the occlusion of voxels. The core runs methods by this trait, and names none.
+//! Trait of the methods that compute the occlusion of voxels. The core runs methods by this trait, and names none.
 
 use bevy::{
     prelude::*,
@@ -23,39 +23,39 @@ use crate::{
     volume::VolumeGeometry,
 };
 
-/// A method that computes the occlusion of voxels: its passes, and what they need.
+/// A method that computes the occlusion of voxels: its passes, and their resources.
 ///
-/// [`VoxelMethodPlugin`](crate::render::VoxelMethodPlugin) adds it to an app; `docs/adding_a_method.md` shows one.
+/// [`VoxelMethodPlugin`](crate::render::VoxelMethodPlugin) adds it to an app; `docs/adding_a_method.md` has an example.
 pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
-    /// What it keeps on the GPU for a volume.
+    /// Resources that the method keeps on the GPU for a volume.
     type Kept: MethodResources;
-    /// Its passes over one volume in one frame, with what they bind.
+    /// The passes over one volume in one frame, with their bind groups.
     type Job: Send + Sync;
 
-    /// Whether it computes what these settings ask for.
+    /// Whether the method computes the occlusion of these settings.
     fn computes(&self, method: &OcclusionMethod) -> bool;
 
-    /// Whether its pipelines are there, for all settings of this type. They are compiled from the first time on that
-    /// this is asked: in every frame, once a volume has wanted the method.
+    /// Whether the method's pipelines are ready, for all settings of this type. The first call starts their
+    /// compilation. Called in every frame, once a volume has wanted the method.
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool;
 
-    /// Reads what it needs of the render world. Called first in a frame.
+    /// Reads the method's inputs from the render world. Called first in a frame.
     fn read(&mut self, world: &World) {
         let _ = world;
     }
 
-    /// Makes what it keeps for a volume, of what it kept before as much as will do. Called in every frame, whether
-    /// anybody sees the volume or not.
+    /// Makes the resources for a volume, and reuses `kept` as far as possible. Called in every frame, whether or not
+    /// a view shows the volume.
     fn keep(&self, kept: Option<Self::Kept>, volume: &KeptVolume, gpu: &Gpu) -> Self::Kept;
 
-    /// What it asks of clipping.
+    /// Demand of the method on clipping.
     #[doc(hidden)]
     fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand {
         let _ = (volume, optimizations);
         default()
     }
 
-    /// Writes and binds what its passes read; `None` where nothing has to be computed. Called in every frame in
+    /// Writes and binds the inputs of the passes. `None` if nothing has to be computed. Called in every frame in
     /// which the volume is seen.
     fn plan(&self, kept: &mut Self::Kept, volume: &VolumeFrame, gpu: &Gpu) -> Option<Self::Job>;
 
@@ -63,35 +63,35 @@ pub trait VoxelMethod: FromWorld + Send + Sync + 'static {
     fn encode(&self, jobs: &[Self::Job], frame: &mut Frame, cache: &PipelineCache);
 }
 
-/// A volume of which a method keeps something.
+/// A volume for which a method keeps resources.
 pub struct KeptVolume<'a> {
     pub(crate) volume: &'a ExtractedVolume,
     pub(crate) resources: &'a VolumeResources,
 }
 
 impl KeptVolume<'_> {
-    /// The settings of its method, if they are of this type.
+    /// Settings of the volume's method, if they are of this type.
     pub fn settings<S: MethodSettings>(&self) -> Option<&S> {
         self.volume.occlusion.method.get()
     }
 
-    /// Its voxels along each axis.
+    /// Number of voxels along each axis.
     pub fn dimensions(&self) -> UVec3 {
         self.volume.geometry.dimensions
     }
 
-    /// Its grid, with what converts lengths.
+    /// Grid of the volume, with conversions of lengths.
     pub fn geometry(&self) -> &VolumeGeometry {
         &self.volume.geometry
     }
 
-    /// How its occlusion is computed.
+    /// Settings of the volume's occlusion.
     pub fn ambient_occlusion(&self) -> &AmbientOcclusion {
         &self.volume.occlusion
     }
 }
 
-/// A volume in a frame in which it is seen, with what [`KeptVolume`] tells.
+/// A volume in a frame in which it is seen. Dereferences to [`KeptVolume`].
 #[derive(Deref)]
 pub struct VolumeFrame<'a> {
     #[deref]
@@ -99,45 +99,45 @@ pub struct VolumeFrame<'a> {
     pub(crate) groups: &'a VolumeGroups,
     pub(crate) step: &'a ClipStep,
     pub(crate) windows: &'a [VolumeWindow],
-    /// Whether it is drawn otherwise than before, for any reason.
+    /// Whether the volume is drawn differently than before, for any reason.
     pub(crate) looks_different: bool,
     pub(crate) optimizations: &'a Optimizations,
 }
 
 impl VolumeFrame<'_> {
-    /// Whether its samples are darkened by occlusion: what is not drawn need not be computed.
+    /// Whether occlusion darkens the volume's samples. If not, it need not be computed.
     pub fn uses_occlusion(&self) -> bool {
         self.volume.shading.ambient_occlusion
     }
 
-    /// Whether anything changed on which opacities or settings depend: what was computed before does not hold.
+    /// Whether anything changed that opacities or settings depend on. If so, earlier results are invalid.
     pub fn has_changed(&self) -> bool {
         self.step.has_changes()
     }
 
-    /// The opacity of every voxel after clipping, of one occlusion step.
+    /// Opacity of every voxel after clipping, per occlusion step.
     pub fn opacities(&self) -> &TextureView {
         &self.resources.opacities.view
     }
 
-    /// Where the occlusion is written.
+    /// Texture into which the occlusion is written.
     pub fn occlusion(&self) -> &TextureView {
         &self.resources.occlusion.view
     }
 
-    /// What all passes over a volume bind as group 0 ([`volume_layout`]; `volumes/bindings.wgsl`).
+    /// Bind group 0 of all passes over a volume ([`volume_layout`]; `volumes/bindings.wgsl`).
     pub fn group(&self) -> &BindGroup {
         &self.groups.bricks
     }
 }
 
-/// The layout of [`VolumeFrame::group`].
+/// Layout of [`VolumeFrame::group`].
 pub fn volume_layout() -> BindGroupLayoutDescriptor {
     bricks_layout()
 }
 
-/// The format of occlusion textures that hold one factor a texel: `R8Unorm`, where shaders have the definition
-/// `STORE_R8`, or else `Rgba8Unorm`. Once the app runs.
+/// Format of occlusion textures that hold one factor a texel: `R8Unorm`, where shaders have the definition
+/// `STORE_R8`, else `Rgba8Unorm`. It is known once the app runs.
 pub fn factor_format(world: &World) -> TextureFormat {
     world.resource::<Formats>().scalar
 }

@@ -1,8 +1,8 @@
-//! View rays, and the shading of what they meet, as passes and drawing share them.
+//! Shaders that passes and drawing share: view rays, and the shading of their samples.
 
 use bevy::{prelude::*, shader::load_shader_library};
 
-/// Makes the shaders known.
+/// Adds the shader libraries.
 pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "view_ray.wgsl");
     load_shader_library!(app, "orientation.wgsl");

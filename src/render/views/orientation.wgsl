@@ -1,12 +1,12 @@
-// How surfaces are turned, for what lights them: by the gradient of the clipped opacity (V_o), or of the distance
-// field where an isosurface alone is drawn (`sweeping/surface.wgsl`). The binding is one more of those of
+// Orientation of surfaces, for shading: the gradient of the clipped opacity (V_o). Where only an isosurface is
+// drawn, it is the gradient of the distance field (`sweeping/surface.wgsl`). The binding follows those of
 // `volume_bindings` and `brick_bindings`.
 
 #define_import_path bevy_contextual_ao::orientation
 
 #import bevy_contextual_ao::volume_bindings::{edge_sampler, volume}
 
-// The way in through the face of the grid that a point lies on; 0 if it lies on none.
+// Direction into the grid through the face that a point lies on; 0 if the point lies on no face.
 fn inward_from_face(p: vec3<f32>) -> vec3<f32> {
     let beyond = (abs(p - 0.5) - 0.5) * vec3<f32>(volume.dimensions);
     let nearest = max(beyond.x, max(beyond.y, beyond.z));
@@ -18,21 +18,21 @@ fn inward_from_face(p: vec3<f32>) -> vec3<f32> {
 #ifdef ISOSURFACE
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var surface: texture_3d<f32>;
 
-// Signed distance of a point from the surface, mm; in a sheared grid no more than that.
+// Signed distance of a point from the surface, mm; in a sheared grid a lower bound.
 fn distance_from_surface(p: vec3<f32>) -> f32 {
     return textureSampleLevel(surface, edge_sampler, p, 0.0).w;
 }
 
-// The way into the surface, volume space, of any length.
+// Direction into the surface, volume space, of any length.
 fn inward(p: vec3<f32>) -> vec3<f32> {
-    // A solid that the end of the grid cuts faces that way, wherever its surface is nearest.
+    // A solid cut by the end of the grid faces out of the grid there, wherever the nearest surface is.
     let face = inward_from_face(p);
     return select(-textureSampleLevel(surface, edge_sampler, p, 0.0).xyz, face, dot(face, face) > 0.0);
 }
 #else
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
 
-// The way into what is more opaque, volume space, longer where that is steeper: 3D Sobel over 26 neighbours.
+// Direction towards higher opacity, volume space, longer where the opacity is steeper: 3D Sobel over 26 neighbours.
 fn inward(p: vec3<f32>) -> vec3<f32> {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
     var gradient = vec3(0.0);

@@ -1,5 +1,5 @@
-// How samples of a volume are lit: darkened by occlusion, and where asked for Blinn-Phong (CAO paper,
-// section 3.5) with surfaces turned as in `orientation` and a light at the camera.
+// Shading of samples of a volume: darkened by occlusion and, if set, lit by Blinn-Phong (CAO paper,
+// section 3.5). Normals come from `orientation`, the light is at the camera.
 
 #define_import_path bevy_contextual_ao::shading
 
@@ -11,8 +11,8 @@ const DIFFUSE: f32 = 0.7;
 const SPECULAR: f32 = 0.2;
 const SHININESS: f32 = 16.0;
 
-// Colour of a sample lit from the camera, which looks along `direction`.
-// `opacity` is what it adds to the pixel, `ambient` the share of the light that comes to it.
+// Colour of a sample lit from the camera, which looks along `direction`. `opacity` is the opacity that the
+// sample adds to the pixel, `ambient` the share of the light that reaches it.
 fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>, ambient: f32) -> vec3<f32> {
     if opacity * volume.light_share <= 0.0 {
         return color * ambient;

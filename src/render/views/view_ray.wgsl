@@ -1,9 +1,9 @@
-// View rays: where they run in a volume, and what they meet. Drawing shades what they meet; before
-// that, `mark` finds by the same steps which voxels drawing will read.
+// View rays: their course through a volume, and their samples. Drawing shades the samples. Before
+// that, `mark` takes the same steps to find the voxels that drawing will read.
 //
 // Samples are classified after interpolation. Where a ray enters or leaves a carver, the cut is found
-// and sampled: the paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that
-// are known to be empty, and ask only the carvers near a sample whether it is clipped.
+// and sampled. The paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that
+// are known to be empty. Clip tests check only the carvers near a sample.
 //
 // No branch depends on uniforms alone (2 in docs/drivers.md).
 
@@ -16,31 +16,31 @@
     volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
 }
 
-// A ray is finished when this much is accumulated.
+// A ray is finished at this accumulated opacity.
 const OPAQUE: f32 = 0.99;
-// A cut is found to within this power of two of a step: less than a byte of shading.
+// A step is halved this often to find a cut. The error is less than one level of an 8-bit image.
 const CUT_HALVINGS: i32 = 6;
-// What a sample is: transparent, opaque, or opaque but clipped.
+// States of a sample: transparent; not transparent; not transparent but clipped.
 const EMPTY: u32 = 0u;
 const VISIBLE: u32 = 1u;
 const CLIPPED: u32 = 2u;
-// Visible behind one that is clipped; the cut between them is sampled first.
+// Visible behind a clipped sample; the cut between the two is sampled first.
 const CUT: u32 = 3u;
 
 struct ViewRay {
     // Where the ray starts on the near plane, volume space (mm), and its unit direction.
     near: vec3<f32>,
     direction: vec3<f32>,
-    // The same in texture coordinates; the direction still per mm.
+    // Start and direction in texture coordinates; the direction is still per mm.
     origin: vec3<f32>,
     velocity: vec3<f32>,
-    // Where it runs in the volume's box, mm from `near`; empty unless the first is less.
+    // Part of the ray in the volume's box, mm from `near`. It is empty unless `begin_mm` is less than `end_mm`.
     begin_mm: f32,
     end_mm: f32,
-    // Distance from the plane through the camera: of `near`, and more per mm; world units.
+    // Distance of `near` from the plane through the camera, and its increase per mm; world units.
     near_depth: f32,
     depth_per_mm: f32,
-    // Place of its samples within their steps, 0 to 1.
+    // Place of the samples within their steps, 0 to 1.
     offset: f32,
 }
 
@@ -59,7 +59,7 @@ fn view_ray(
     let ndc = (pixel - viewport.xy) / viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
     let near_clip = view_from_clip * vec4(ndc, 1.0, 1.0);
     let near_view = near_clip.xyz / near_clip.w;
-    // Parallel rays where the projection is orthographic, whose last row is that of the identity.
+    // An orthographic projection has parallel rays. Its last row is that of the identity.
     let is_parallel = view_from_clip[2].w == 0.0;
     let direction_view = select(near_view, vec3(0.0, 0.0, -1.0), is_parallel);
     let near = (volume.local_from_world * (world_from_view * vec4(near_view, 1.0))).xyz;
@@ -67,8 +67,8 @@ fn view_ray(
     let direction = normalize(along);
     let origin = (volume.texture_from_local * vec4(near, 1.0)).xyz;
     let velocity = (volume.texture_from_local * vec4(direction, 0.0)).xyz;
-    // Where the ray crosses the planes of the box. One that is parallel to two planes does so never,
-    // or lies outside of them all along.
+    // Distances at which the ray crosses the planes of the box. A ray parallel to two planes
+    // never crosses them: it lies between the two all along, or outside.
     let still = abs(velocity) < vec3(1e-9);
     let first = (select(vec3(0.0), vec3(1.0), velocity < vec3(0.0)) - origin) / velocity;
     let second = (select(vec3(1.0), vec3(0.0), velocity < vec3(0.0)) - origin) / velocity;
@@ -88,16 +88,16 @@ fn view_ray(
     return ray;
 }
 
-// A piece of a ray with one colour and opacity, taken from a point.
+// Part of a ray with one colour and opacity, sampled at a point.
 struct Slice {
     sample: vec4<f32>,
     // Texture coordinates.
     p: vec3<f32>,
-    // Length in steps; 0: there is none.
+    // Length in steps; 0: there is no slice.
     steps: f32,
 }
 
-// How far a ray has been followed.
+// State of following a ray.
 struct March {
     i: u32,
     count: u32,
@@ -112,7 +112,7 @@ fn begin_march(ray: ViewRay) -> March {
     return March(0u, u32(clamp(count, 0.0, 1e6) * volume.march_share), EMPTY, Slice(vec4(0.0), vec3(0.0), 0.0), 0.0);
 }
 
-// Whether no carver clips the point of a ray at a distance from `near`.
+// Whether the point of a ray at a distance from `near` is not clipped.
 fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
     let point = (ray.origin + along_mm * ray.velocity) * vec3<f32>(volume.dimensions);
     return is_visible(ray.near + along_mm * ray.direction, carvers_near(point));
@@ -122,9 +122,9 @@ fn along_ray(ray: ViewRay, i: u32) -> f32 {
     return ray.begin_mm + (f32(i) + ray.offset) * volume.draw_step_mm;
 }
 
-// Follows a ray through what is transparent: to the next sample that may not be, or that ends what was
-// visible, or to the cut. Returns its intensity. Nothing else is done in this loop, so that rays side by
-// side, which a device runs in step, wait for each other as little as can be.
+// Follows a ray through transparent samples to the next place of interest, and returns the intensity there.
+// This is a sample that may not be transparent, a sample that ends a visible part, or the cut. The loop does
+// nothing else: a device runs neighbouring rays in step, and so they wait little for each other.
 fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
     let step = volume.draw_step_mm * ray.velocity * dimensions;
@@ -136,7 +136,7 @@ fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
         let point = (ray.origin + along_ray(ray, i) * ray.velocity) * dimensions;
         let distance = select(distance_at(point) * volume.draw_leaps, 0u, follows);
         if distance > 0u {
-            // To the last sample in what is empty: the next needs to know what was before it.
+            // Leaps to the last sample in the empty bricks: the next one needs the state of the sample before it.
             i += min((*march).count - i, samples_within(point, step, distance)) - 1u;
         }
         let place_mm = select(along_ray(ray, i), (*march).cut_mm, before == CUT);
@@ -153,7 +153,7 @@ fn seek(ray: ViewRay, march: ptr<function, March>) -> f32 {
     return intensity;
 }
 
-// The next piece of a ray in which there is something.
+// The next slice of a ray that is not transparent.
 fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
     let step_mm = volume.draw_step_mm;
     var slice = Slice(vec4(0.0), vec3(0.0), 0.0);
@@ -172,8 +172,8 @@ fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
             (*march).i += 1u;
             continue;
         }
-        // Whether the sample is clipped; and where the ray crosses a carver's surface, the cut: the last
-        // visible point, found by halving.
+        // Tests whether the sample is clipped. Where the ray crosses a carver's surface, halving finds the cut:
+        // the visible point nearest to the surface.
         var now = EMPTY;
         var enters = false;
         var leaves = false;
@@ -199,13 +199,13 @@ fn next_slice(ray: ViewRay, march: ptr<function, March>) -> Slice {
             point_mm = 0.5 * (visible_mm + clipped_mm);
         }
         if before == VISIBLE {
-            // The sample before stands for the step from there to here, as far as it is not cut.
+            // The previous sample stands for the step from there to here, up to the cut if there is one.
             slice = (*march).last;
             slice.steps += select(0.0, (visible_mm - along) / step_mm, leaves);
         }
         (*march).last = Slice(sample, ray.origin + along * ray.velocity, 1.0);
-        // What is left of the step is sampled at the cut: surfaces stay where they are when a carver
-        // moves by less than a step, and are as smooth as the carver.
+        // The rest of the step is sampled at the cut. So surfaces of cuts do not jump when a carver moves by
+        // less than a step. They are as smooth as the carver.
         (*march).cut_mm = visible_mm;
         (*march).before = select(now, CUT, enters);
         (*march).i += select(1u, 0u, enters);

@@ -1,4 +1,5 @@
-// A view of a volume, for passes over its pixels. The Rust side is `WindowUniform`.
+// A window: the part of a view in which a volume may be seen, for passes over its pixels. The Rust side is
+// `WindowUniform`.
 
 #define_import_path bevy_contextual_ao::window
 

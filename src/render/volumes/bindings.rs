@@ -1,4 +1,4 @@
-//! What is bound of a volume by every pass over it, and by the material (`bindings.wgsl`).
+//! Bindings of a volume for every pass over it, and for the material (`bindings.wgsl`).
 
 use bevy::{
     prelude::*,
@@ -18,7 +18,7 @@ use super::{
 use crate::render::{carvers::clip_textures::ClipTextures, gpu::formats::Formats};
 
 impl VolumeResources {
-    /// What is bound with what is known of bricks, all of it. `None` before the buffers were first written.
+    /// All shared bindings, those of brick data included. `None` before the buffers were first written.
     pub fn bindings(
         &self,
         clip: &ClipTextures,
@@ -39,8 +39,8 @@ impl VolumeResources {
         Some((0..).zip(resources).collect())
     }
 
-    /// Makes group 0 of compute passes, where it is not there or binds maps of carvers that are gone. All else that
-    /// it binds lives as long as the volume.
+    /// Makes group 0 of compute passes, if it is missing or binds clip maps that are gone. The other resources that it
+    /// binds live as long as the volume.
     pub fn keep_groups(
         &mut self,
         clip: &ClipTextures,
@@ -74,7 +74,7 @@ impl VolumeResources {
         self.groups.clone()
     }
 
-    /// Group 0 as it was made in the last frame in which the volume was seen and ready.
+    /// Group 0, as made in the last frame in which the volume was seen and ready.
     pub fn groups(&self) -> Option<&VolumeGroups> {
         self.groups.as_ref()
     }

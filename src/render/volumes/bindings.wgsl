@@ -1,5 +1,5 @@
-// What every pass reads of a volume and its carvers. The Rust side is `uniform.rs` and `carver_uniform.rs` (data),
-// `layouts.rs` and `bindings.rs`; the group is 0 in compute passes and the material's group when drawing.
+// Inputs of every pass over a volume and its carvers. The Rust side is `uniform.rs` and `carver_uniform.rs` (data),
+// `layouts.rs` and `bindings.rs`. The group is 0 in compute passes and the material's group when drawing.
 
 #define_import_path bevy_contextual_ao::volume_bindings
 
@@ -11,12 +11,12 @@ struct VolumeUniform {
     local_from_world: mat4x4<f32>,
     // Number of voxels.
     dimensions: vec3<u32>,
-    // Shares of shading, 0 or 1: by occlusion, by a light; and of the jitter of view rays.
+    // Shares, 0 or 1: of shading by occlusion, of shading by a light, and of the jitter of view rays.
     occlusion_share: f32,
     light_share: f32,
     jitter_share: f32,
-    // Stored intensity that the texture gives as 1; stored intensity of the table's first entry, and
-    // entries per unit from there on.
+    // Stored intensity that the texture gives as 1; stored intensity of the table's first entry; table entries per unit
+    // of stored intensity.
     largest_stored: f32,
     table_first: f32,
     table_density: f32,
@@ -28,22 +28,22 @@ struct VolumeUniform {
     // Texels per side of the depth maps and of the dilation maps.
     depth_map_size: f32,
     dilation_map_size: f32,
-    // Radii of balls, mm: around the middle of a brick, what points of it read; around a voxel, what
-    // decides its occlusion, and what its opacity.
+    // Radii of balls, mm: around the middle of a brick, all points of the brick; around a voxel, all points that decide
+    // its occlusion, and all points that decide its opacity.
     brick_radius_mm: f32,
     reach_mm: f32,
     footprint_mm: f32,
-    // All bits or none: carvers to be asked wherever they are.
+    // Bits, modulo 32, of the carvers to test in every brick: all carvers or none.
     tests_all_carvers: u32,
     // 1: view rays leap over empty bricks.
     draw_leaps: u32,
-    // Intensities as the texture gives them: all below and all above are not drawn.
+    // Lower and upper bound of drawn intensities, as the texture gives them.
     visible_intensities: vec2<f32>,
-    // Texture coordinates → those of the occlusion texture; voxels along each side of what has one factor.
+    // Texture coordinates → coordinates of the occlusion texture; voxels along each side of a block with one factor.
     occlusion_from_texture: vec3<f32>,
     occlusion_stride: u32,
-    // Of octants, when drawn by the normal: the weights of 0 to 3 and of 4 to 7, the largest 1; the exponent of
-    // what is found; 1 where surfaces are lit from both sides.
+    // For octants, which are drawn by the normal: weights of octants 0 to 3 and of 4 to 7, the largest 1. Then the
+    // exponent of the light that reaches a point, and 1 where surfaces are lit from both sides.
     low_octants: vec4<f32>,
     high_octants: vec4<f32>,
     occlusion_power: f32,
@@ -55,15 +55,15 @@ struct VolumeUniform {
 struct Carver {
     // Volume space (mm) → clip map space, as three rows.
     clip_from_local: array<vec4<f32>, 3>,
-    // Clip map space → dilation map: xy * zw + xy of this.
+    // Clip map space → dilation map: xy * scale + offset.
     dilation_offset: vec2<f32>,
     dilation_scale: vec2<f32>,
-    // A voxel's footprint as a box with one edge along the line of sight, clip map space: its half
-    // edges are `footprint_x`, (0, footprint_y) and (0, 0, footprint_z).
+    // A voxel's footprint as a box with one edge along the line of sight, clip map space. Its half edges are
+    // `footprint_x`, (0, footprint_y) and (0, 0, footprint_z).
     footprint_x: vec3<f32>,
     footprint_z: f32,
     footprint_y: vec2<f32>,
-    // Layers of the depth maps and of the dilation maps.
+    // Range of layers of the depth maps and of the dilation maps.
     first_layer: u32,
     end_layer: u32,
     // OPERATION_*
@@ -71,12 +71,12 @@ struct Carver {
     padding: u32,
 }
 
-// Of the entries behind the last carver. Loops over carvers end there, at the latest at MAX_CARVERS, not at a number
-// of carvers (1 in docs/drivers.md).
+// Operation of the entries behind the last carver. Loops over carvers end there or at MAX_CARVERS, not at a number of
+// carvers (1 in docs/drivers.md).
 const OPERATION_NONE: u32 = 0u;
 const OPERATION_SUBTRACT: u32 = 1u;
 const OPERATION_INTERSECT: u32 = 2u;
-// Of what carved and has no maps any more: all that is within reach of its clip camera's view.
+// Operation of a former carver that has no maps any more. It affects everything within reach of its clip camera's view.
 const OPERATION_REGION: u32 = 3u;
 const MAX_CARVERS: u32 = 128u;
 
@@ -88,13 +88,13 @@ const MAX_CARVERS: u32 = 128u;
 @group(#{VOLUME_BIND_GROUP}) @binding(5) var dilation_maps: texture_2d_array<f32>;
 @group(#{VOLUME_BIND_GROUP}) @binding(6) var edge_sampler: sampler;
 
-// Where a buffer of all voxels, x fastest, has one.
+// Index of a voxel in a buffer of all voxels, x fastest.
 fn voxel_index(voxel: vec3<u32>) -> u32 {
     return (voxel.z * volume.dimensions.y + voxel.y) * volume.dimensions.x + voxel.x;
 }
 
-// Where the table has an intensity as a texture gives it. Stored intensities are whole numbers: what is one
-// but for rounding is that one, because beside a transparent one there may be one that is not.
+// Table entry of an intensity, as a texture gives it. Stored intensities are whole numbers. Values that are whole but
+// for rounding are rounded, because a transparent intensity may have a visible neighbour.
 fn lookup_entry(intensity: f32) -> f32 {
     let stored = intensity * volume.largest_stored;
     let nearest = round(stored);
@@ -102,7 +102,7 @@ fn lookup_entry(intensity: f32) -> f32 {
     return (select(stored, nearest, is_whole) - volume.table_first) * volume.table_density;
 }
 
-// Whether an intensity lies between the lowest and the highest that has opacity.
+// Whether an intensity lies between the bounds of drawn intensities.
 fn may_be_visible(intensity: f32) -> bool {
     return intensity > volume.visible_intensities.x && intensity < volume.visible_intensities.y;
 }
@@ -117,7 +117,7 @@ fn classify_intensity(intensity: f32) -> vec4<f32> {
     return mix(a, b, entry - below);
 }
 
-// Opacity per unit distance → opacity of a step; `exponent` is their ratio of lengths.
+// Opacity per unit distance → opacity of a step. `exponent` is the ratio of step to unit distance.
 fn correct_opacity(opacity: f32, exponent: f32) -> f32 {
     return select(1.0 - pow(1.0 - opacity, exponent), opacity, exponent == 1.0);
 }

@@ -1,5 +1,5 @@
-// What is known of bricks, for the passes that read it: which carvers clip them, how far away they
-// are from anything that could be seen. The bindings follow those of `volume_bindings`.
+// Data of bricks, for the passes that read them: carvers that may clip a brick, and its distance from anything visible.
+// The bindings follow those of `volume_bindings`.
 
 #define_import_path bevy_contextual_ao::brick_bindings
 
@@ -10,7 +10,7 @@
 
 // Bit k: a carver whose number is k modulo 32 may clip points of the brick, or change a voxel's opacity.
 @group(#{VOLUME_BIND_GROUP}) @binding(7) var near_carvers: texture_3d<u32>;
-// Chebyshev distance, in bricks, to the nearest in which something visible may be; 0 in those.
+// Chebyshev distance, in bricks, to the nearest brick in which something may be visible; 0 in such bricks.
 @group(#{VOLUME_BIND_GROUP}) @binding(8) var distances: texture_3d<u32>;
 
 fn carvers_near_brick(brick: vec3<u32>) -> u32 {

@@ -1,4 +1,4 @@
-//! What a volume keeps on the GPU about its bricks and, as masks, about its voxels.
+//! GPU resources for a volume's bricks and, as masks, for its voxels.
 
 use bevy::{
     prelude::*,
@@ -22,35 +22,35 @@ use crate::{
     volume::LookupTable,
 };
 
-/// Words of a mask of voxels in a brick.
+/// Number of words in the mask of a brick's voxels.
 const MASK_WORDS: u32 = 2;
-/// Masks of voxels (`bricks.wgsl`), one of them of the voxels that are to be cast.
+/// Number of masks of voxels (`bricks.wgsl`); `PENDING` is the mask of the voxels to be cast.
 pub(crate) const MASKS: u32 = 3;
 pub(crate) const PENDING: u32 = 1;
-/// A number for every brick, as compute passes write it on any device.
+/// Format of one number for every brick, which compute passes can write on any device.
 pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
-/// Words before the items of a list: the heads of its two ends (`work_list.wgsl`).
+/// Number of words before the items of a list: the heads of its two ends (`work_list.wgsl`).
 const LIST_HEADS: u32 = 2 * LIST_HEAD;
 
 /// Buffers and textures of one volume.
 pub(crate) struct BrickResources {
     /// Number of bricks.
     pub bricks: u32,
-    /// Lowest and highest intensity in each, 16 bits both.
+    /// Lowest and highest intensity around each brick, 16 bits each.
     pub ranges: Buffer,
-    /// Number of lookup table entries before each that have opacity.
+    /// Number of lookup table entries with opacity before each entry.
     pub opaque_before: Buffer,
-    /// A bit for every carver near each, modulo 32.
+    /// For each brick, a bit for every carver near it, modulo 32.
     pub near_carvers: TextureAndView,
-    /// Distance from the nearest in which something may be seen.
+    /// Distance of each brick from the nearest brick in which something may be visible.
     pub distances: TextureAndView,
-    /// The same on the way there.
+    /// Intermediate distances.
     pub other_distances: TextureAndView,
-    /// Valid, pending, hidden voxels.
+    /// Masks of valid, pending and hidden voxels.
     pub voxel_masks: Buffer,
-    /// Bricks to be clipped, and, at the back, bricks in which occlusion may be stale.
+    /// Bricks to be clipped and, at the back, bricks in which only occlusion may be stale.
     pub brick_list: Buffer,
-    /// Words of the mask of pending voxels in which there are some.
+    /// Words of the mask of pending voxels that have any such voxel.
     pub word_list: Buffer,
 }
 
@@ -115,7 +115,7 @@ pub(crate) fn work_layout() -> BindGroupLayoutDescriptor {
     )
 }
 
-/// Group 2 of a pass that appends to `list`, or writes the masks alone.
+/// Group 2 of a pass that appends to `list`, or only writes the masks.
 pub(crate) fn work_group(
     bricks: &BrickResources,
     list: &Buffer,

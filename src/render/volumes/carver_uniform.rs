@@ -1,4 +1,4 @@
-//! The data that every shader reads of a volume's carvers (`bindings.wgsl`).
+//! Data of a volume's carvers, for every shader (`bindings.wgsl`).
 
 use bevy::{
     math::{Affine3A, DAffine3, DMat3, DVec3, Vec3Swizzles, Vec4Swizzles},
@@ -42,7 +42,7 @@ impl Default for CarverTable {
 }
 
 impl FromIterator<CarverUniform> for CarverTable {
-    /// At most [`MAX_CARVERS`].
+    /// Takes at most [`MAX_CARVERS`] carvers.
     fn from_iter<I: IntoIterator<Item = CarverUniform>>(carvers: I) -> Self {
         let mut table = Self::default();
         for (entry, carver) in table.carvers.iter_mut().zip(carvers) {
@@ -53,7 +53,7 @@ impl FromIterator<CarverUniform> for CarverTable {
 }
 
 impl CarverUniform {
-    /// `carver_from_volume` leads from volume space (mm) to the carver's.
+    /// Describes a carver. `carver_from_volume` maps volume space (mm) to the carver's space.
     pub fn new(
         carver: &ExtractedCarver,
         ready: &ReadyCarver,
@@ -87,8 +87,8 @@ impl CarverUniform {
         }
     }
 
-    /// Corners, in volume space (mm), of a box that holds all points within a radius of what the carver
-    /// removes; `None` of one that removes what is outside, or has no inside.
+    /// Corners, in volume space (mm), of a box that holds all points within a radius of the removed region. `None` if
+    /// the carver removes its outside, or has no inside.
     pub fn outline(&self, radius_mm: f32) -> Option<[Vec3; 8]> {
         let [x, y, z] = self.clip_from_local;
         let linear = Mat3::from_cols(x.xyz(), y.xyz(), z.xyz()).transpose();
@@ -104,17 +104,17 @@ impl CarverUniform {
         is_bounded.then_some(corners)
     }
 
-    /// Whether another carves the same, wherever its maps are.
+    /// Whether another carver carves the same, in whichever layers its maps are.
     pub fn carves_as(&self, other: &Self) -> bool {
         self.at_layers_of(other) == *other
     }
 
-    /// The same carver with its maps where those of another are.
+    /// The same carver with the map layers of another carver.
     pub fn at_layers_of(&self, other: &Self) -> Self {
         Self { first_layer: other.first_layer, end_layer: other.end_layer, ..*self }
     }
 
-    /// What stands for a carver that was, and whose maps are gone; `None` for one that acted everywhere.
+    /// Stand-in for a former carver whose maps are gone. `None` for a carver that acted everywhere.
     pub fn region(self) -> Option<Self> {
         (self.operation != OPERATION_INTERSECT).then_some(Self { operation: OPERATION_REGION, ..self })
     }
@@ -143,8 +143,8 @@ fn operation_code(operation: ClipOperation) -> u32 {
     }
 }
 
-/// The half edges of a box with the same variance as the box with the half edges `edges`, lower
-/// triangular: the third edge lies along z (Cholesky factor of `edges edges^T`).
+/// Half edges of a box with the same variance as the box with the half edges `edges`. They are lower triangular: the
+/// third edge lies along z (Cholesky factor of `edges edges^T`).
 fn lower_triangular(edges: DMat3) -> DMat3 {
     let gram = edges * edges.transpose();
     let [xx, xy, xz] = gram.x_axis.to_array();

@@ -1,8 +1,8 @@
-//! The data that the passes of step IV read (`clip_pass.wgsl`): what a frame does to a volume.
+//! Settings of the passes of step IV over a volume in a frame (`clip_pass.wgsl`).
 
 use bevy::render::render_resource::ShaderType;
 
-/// Which stale voxels clipping lists for casting, without a view asking for them; as `QUEUE_*` in WGSL.
+/// Stale voxels that clipping lists for casting without the request of a view, as `QUEUE_*` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Queue {
     #[default]
@@ -12,7 +12,7 @@ pub(crate) enum Queue {
     All,
 }
 
-/// What a frame does to a volume, as `ClipPass` in WGSL.
+/// Settings of the passes of step IV, as `ClipPass` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct ClipPassUniform {
     pub lists_all: u32,

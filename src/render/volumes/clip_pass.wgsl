@@ -1,4 +1,4 @@
-// What a frame does to a volume: the settings of the passes of step IV over its bricks and voxels.
+// Settings of the passes of step IV over the bricks and voxels of a volume, for one frame.
 
 #define_import_path bevy_contextual_ao::clip_pass
 
@@ -9,15 +9,15 @@ struct ClipPass {
     is_all_stale: u32,
     // QUEUE_*
     queue: u32,
-    // Carvers in `changes`, and how many of them, the first, are as they were.
+    // Number of carvers in `changes`, and how many of these are past states. Past states come first.
     changes: u32,
     past_changes: u32,
     // COVERAGE_*
     coverage: u32,
 }
 
-// Which stale voxels are cast without being asked for by a view: none; those that some point of a
-// visible cell reads; those that no carver removes; all.
+// Stale voxels that are cast without the request of a view: none; voxels that some point of a visible cell reads;
+// voxels that no carver removes; all.
 const QUEUE_NONE: u32 = 0u;
 const QUEUE_SAMPLEABLE: u32 = 1u;
 const QUEUE_VISIBLE: u32 = 2u;

@@ -1,9 +1,9 @@
-//! What is on the GPU for a volume, and of what: by this it is decided what has to be done.
+//! State of a volume's data on the GPU, from which the work of a frame is planned.
 
 use super::{carver_uniform::CarverUniform, clip_pass::Queue};
 use crate::{clip::CoverageRule, occlusion::AmbientOcclusion, render::extract::ExtractedVolume};
 
-/// What opacities and occlusion depend on, besides the volume itself.
+/// Inputs of opacities and occlusion, besides the volume itself.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Contents {
     pub table_revision: u32,
@@ -18,7 +18,7 @@ impl Contents {
         Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
     }
 
-    /// Whether the transfer function is all that changed.
+    /// Whether only the transfer function changed.
     pub fn differs_in_table_alone(&self, new: &Self) -> bool {
         self.table_revision != new.table_revision
             && self.occlusion == new.occlusion
@@ -27,15 +27,15 @@ impl Contents {
     }
 }
 
-/// What is on the GPU for a volume.
+/// State of a volume's data on the GPU.
 #[derive(Default)]
 pub(crate) struct VolumeState {
-    /// Table on the GPU.
+    /// Revision of the lookup table on the GPU.
     pub table_revision: Option<u32>,
-    /// For which stride of the occlusion the ranges of bricks are there.
+    /// Stride of the occlusion for which the ranges of bricks were found.
     pub ranges_for: Option<u32>,
-    /// What opacities, and occlusion where it is valid, are of; `None` before the first.
+    /// Inputs of the present opacities, and of occlusion where it is valid. `None` before these are first computed.
     pub contents: Option<Contents>,
-    /// What clipping put on the list of voxels to be cast.
+    /// Voxels that clipping put on the list of voxels to be cast.
     pub queue: Queue,
 }

@@ -39,7 +39,7 @@ impl GpuVolume {
         Self { view, texture, largest_stored, intensities, dimensions }
     }
 
-    /// Whether it has the voxels of a volume.
+    /// Whether the texture holds the voxels of a volume.
     pub fn holds(&self, volume: &Volume) -> bool {
         Arc::ptr_eq(&self.intensities, volume.shared_intensities()) && self.dimensions == volume.dimensions()
     }

@@ -1,40 +1,40 @@
-//! What a volume's occlusion method keeps for it, as all that is not the method sees it.
+//! Resources that an occlusion method keeps for a volume, as code outside the method sees them.
 
 use bevy::{prelude::*, render::render_resource::TextureView};
 use core::any::Any;
 
 use crate::diagnostics::GpuUsage;
 
-/// What an occlusion method keeps on the GPU for one volume. It goes with the volume, and with the method.
+/// GPU resources that an occlusion method keeps for one volume. They are freed with the volume, and with the method.
 pub trait MethodResources: Any + Send + Sync {
-    /// What it takes.
+    /// GPU usage of the resources.
     fn usage(&self) -> GpuUsage;
 
-    /// By what surfaces are oriented when views draw them, in place of the clipped opacities: a distance field's
-    /// gradient and the distance (`orientation.wgsl`). The material binds the view as long as
-    /// [`MethodSettings::drawing`](crate::occlusion::MethodSettings::drawing) is the same: so long it must stay.
+    /// Texture that orients surfaces when views draw them, in place of the clipped opacities. It holds a distance
+    /// field's gradient and the distance (`orientation.wgsl`). The material binds the view as long as
+    /// [`MethodSettings::drawing`](crate::occlusion::MethodSettings::drawing) is the same: the view must stay as long.
     fn orientations(&self) -> Option<&TextureView> {
         None
     }
 
-    /// Between which intensities, as the texture gives them, a surface lies that is drawn alone, if one is.
+    /// Lower and upper bound of drawn intensities, as the texture gives them, if only a surface is drawn.
     fn drawn_intensities(&self) -> Option<Vec2> {
         None
     }
 }
 
 impl dyn MethodResources {
-    /// What is kept, if it is of this type.
+    /// The resources, if they are of this type.
     pub fn get<T: MethodResources>(&self) -> Option<&T> {
         (self as &dyn Any).downcast_ref()
     }
 
-    /// The same, to be changed.
+    /// The same, mutably.
     pub fn get_mut<T: MethodResources>(&mut self) -> Option<&mut T> {
         (self as &mut dyn Any).downcast_mut()
     }
 
-    /// The same, taken over.
+    /// The same, by value.
     pub fn take<T: MethodResources>(self: Box<Self>) -> Option<Box<T>> {
         (self as Box<dyn Any>).downcast().ok()
     }

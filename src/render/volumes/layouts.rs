@@ -1,4 +1,4 @@
-//! The layouts of the bindings that every pass over a volume shares, and the material with it (`bindings.wgsl`).
+//! Layouts of the bindings that all passes over a volume share with the material (`bindings.wgsl`).
 
 use bevy::{
     prelude::*,
@@ -38,19 +38,19 @@ pub(crate) fn compute_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_volume", &layout_entries(ShaderStages::COMPUTE))
 }
 
-/// The layout with what is known of bricks, 7 and 8 (`brick_bindings.wgsl`).
+/// The layout with the data of bricks, 7 and 8 (`brick_bindings.wgsl`).
 pub(crate) fn brick_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let mut entries = layout_entries(stages);
     entries.extend([7, 8].map(|binding| texture_3d(TextureSampleType::Uint).build(binding, stages)));
     entries
 }
 
-/// That layout as group 0 of a compute pass.
+/// The layout with the data of bricks as group 0 of a compute pass.
 pub(crate) fn bricks_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_bricks", &brick_layout_entries(ShaderStages::COMPUTE))
 }
 
-/// The same with what samples are lit by, 9 (`orientation.wgsl`).
+/// The same layout with the opacities for lighting samples, 9 (`orientation.wgsl`).
 pub(crate) fn lit_layout() -> BindGroupLayoutDescriptor {
     let mut entries = brick_layout_entries(ShaderStages::COMPUTE);
     let opacities = texture_3d(TextureSampleType::Float { filterable: true });

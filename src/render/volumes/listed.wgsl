@@ -1,4 +1,4 @@
-// A list that a pass before has filled (`work_list`), for those that are dispatched over it.
+// A list that an earlier pass has filled (`work_list`), for passes that are dispatched over it.
 
 #define_import_path bevy_contextual_ao::listed
 
@@ -18,7 +18,7 @@ struct List {
 
 @group(1) @binding(4) var<storage, read> list: List;
 
-// What a workgroup gets if the list is at its end.
+// Item of a workgroup beyond the end of the list.
 const NOTHING: u32 = 0xffffffffu;
 
 // The item of a workgroup.

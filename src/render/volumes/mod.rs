@@ -1,4 +1,4 @@
-//! What stays on the GPU of a volume, and how passes bind it.
+//! GPU resources of a volume that stay, and their bindings.
 
 pub(super) mod bindings;
 pub(super) mod bricks;
@@ -13,7 +13,7 @@ pub(super) mod uniform;
 
 use bevy::{prelude::*, shader::load_shader_library};
 
-/// Makes the shaders known.
+/// Adds the shader libraries.
 pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "bindings.wgsl");
     load_shader_library!(app, "bricks.wgsl");

@@ -1,4 +1,4 @@
-//! What each volume keeps on the GPU from frame to frame.
+//! GPU resources that each volume keeps from frame to frame.
 
 use bevy::{
     platform::collections::{HashMap, HashSet},
@@ -38,7 +38,7 @@ use crate::{
     volume::{LookupTable, Rescale},
 };
 
-/// Rows of the lookup table's texture behind the transfer function, for a table of the occlusion method.
+/// Number of rows behind the transfer function in the lookup table's texture, for a table of the occlusion method.
 pub(crate) const METHOD_ROWS: u32 = 2;
 
 /// The resources of every volume in the scene, by the main world's entity.
@@ -53,32 +53,32 @@ pub struct VolumeStore(pub(crate) HashMap<MainEntity, VolumeResources>);
 pub enum VolumeTexture {
     /// Opacity after clipping, of one occlusion step.
     Opacities,
-    /// Occlusion as drawn, 1 where unoccluded. By rays: only where [`VoxelMask::Valid`] holds, and a texel for
-    /// 2x2x2 voxels at half resolution. By other methods: of all voxels; with a geometry term in sweeping, four
-    /// octants in four channels and the others behind them along z; with modulation in filtering, the share of
-    /// the opacity that is drawn in the second channel.
+    /// Occlusion factor as drawn, 1 where unoccluded.
+    ///
+    /// By rays: only where [`VoxelMask::Valid`] holds, with one texel for 2x2x2 voxels at half resolution. By other
+    /// methods: all voxels. Sweeping with a geometry term has four octants in four channels, and the others behind them
+    /// along z. Filtering with modulation has the drawn share of the opacity in the second channel.
     Occlusion,
 }
 
-/// A yes or no per voxel. In the order of the masks on the GPU, of which there is one more between.
+/// A yes or no per voxel. The values are those of the masks on the GPU, which have one more mask in between.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VoxelMask {
-    /// The occlusion is up to date: it has been cast since anything changed that it depends on. Says nothing
-    /// of voxels that are hidden.
+    /// The occlusion is up to date: it was cast after the last change of its inputs. Says nothing of hidden voxels.
     Valid = 0,
-    /// No point that is drawn reads the voxel: what reads it is clipped, or transparent.
+    /// No drawn point reads the voxel: all points that read it are clipped or transparent.
     Hidden = 2,
 }
 
-/// Textures and buffers of one volume. The volumes' names in the paper are in brackets.
+/// Textures and buffers of one volume. The paper's names of the volumes are in brackets.
 pub(crate) struct VolumeResources {
-    /// [V]
+    /// Intensities [V].
     pub gpu_volume: Arc<GpuVolume>,
     pub rescale: Rescale,
     /// Lowest and highest intensity, as the texture gives them.
     pub range: [f64; 2],
-    /// The transfer function, in a row; behind it [`METHOD_ROWS`] for the occlusion method.
+    /// The transfer function in one row, and [`METHOD_ROWS`] behind it for the occlusion method.
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
@@ -88,31 +88,33 @@ pub(crate) struct VolumeResources {
     pub uniform: UniformBuffer<VolumeUniform>,
     pub carvers: UniformBuffer<CarverTable>,
     pub pass: UniformBuffer<ClipPassUniform>,
-    /// Carvers that changed, as they were and as they are.
+    /// Carvers that changed: past states, then present states.
     pub changes: StorageBuffer<Vec<CarverUniform>>,
     pub bricks: BrickResources,
-    /// What the occlusion method keeps for itself.
+    /// Resources of the occlusion method.
     pub kept: Option<Box<dyn MethodResources>>,
     pub state: VolumeState,
     pub(super) groups: Option<VolumeGroups>,
 }
 
-/// Group 0 of the passes over one volume; clones are the same groups.
+/// Group 0 of the passes over one volume. Clones share the groups.
 #[derive(Clone)]
 pub(crate) struct VolumeGroups {
-    /// The maps that are bound.
+    /// The bound clip maps.
     pub(super) maps: [TextureViewId; 2],
-    /// Of passes that find out about bricks.
+    /// For passes that compute the data of bricks.
     pub volume: BindGroup,
-    /// Of passes that go by what is known of bricks.
+    /// For passes that read the data of bricks.
     pub bricks: BindGroup,
-    /// Of passes that light samples as well.
+    /// For passes that also light samples.
     pub lit: BindGroup,
 }
 
 impl VolumeStore {
-    /// A texture of the volume on an entity of the main world: one channel counts, of format
-    /// `R8Unorm` or, where the device cannot write that, `Rgba8Unorm`. `None` while there is no such volume.
+    /// A texture of the volume on an entity of the main world. `None` while there is no such volume.
+    ///
+    /// Only the first channel counts, unless [`VolumeTexture`] names more. The format is `R8Unorm`, or `Rgba8Unorm` if
+    /// the texture has more channels or the device cannot write `R8Unorm`.
     pub fn texture(&self, volume: Entity, texture: VolumeTexture) -> Option<&Texture> {
         let resources = self.0.get(&MainEntity::from(volume))?;
         Some(match texture {
@@ -121,20 +123,20 @@ impl VolumeStore {
         })
     }
 
-    /// A mask of the volume on an entity of the main world: the buffer, and first byte and size of the
-    /// mask in it. Two words for every brick of 4x4x4 voxels, a bit each, x fastest in all.
+    /// A mask of the volume on an entity of the main world: the buffer, and the mask's first byte and size. Every brick
+    /// of 4x4x4 voxels has two words, with a bit per voxel. Bricks and bits are in order, x fastest.
     pub fn mask(&self, volume: Entity, mask: VoxelMask) -> Option<(&Buffer, u64, u64)> {
         let bricks = &self.0.get(&MainEntity::from(volume))?.bricks;
         let (first, size) = bricks.mask(mask as u32);
         Some((&bricks.voxel_masks, first, size))
     }
 
-    /// What the method of a volume keeps, if it is of this type.
+    /// Resources that the method of a volume keeps, if they are of this type.
     pub fn kept<T: MethodResources>(&self, volume: Entity) -> Option<&T> {
         self.0.get(&MainEntity::from(volume))?.kept.as_ref()?.get()
     }
 
-    /// Makes what volumes that came, or changed their data, need; frees what the others had.
+    /// Makes the resources of volumes that came or changed their data. Frees those of volumes that are gone.
     fn update(
         &mut self,
         scene: &ExtractedScene,
@@ -160,9 +162,9 @@ impl VolumeStore {
         }
     }
 
-    /// What the volumes take on the GPU.
+    /// GPU usage of the volumes.
     pub(in crate::render) fn usage(&self) -> GpuUsage {
-        // Intensities are there once, however many entities show them.
+        // Intensities are stored once, however many entities show them.
         let mut counted = HashSet::new();
         let is_new = |volume: &&VolumeResources| counted.insert(Arc::as_ptr(&volume.gpu_volume));
         let intensities = usage_of(self.0.values().filter(is_new).map(|volume| &volume.gpu_volume.texture));
@@ -215,30 +217,30 @@ impl VolumeResources {
             state: default(),
             groups: None,
         };
-        // The material binds them in the frame in which the volume comes, before they are known.
+        // The material binds these buffers in the volume's first frame, before their values are known.
         new.uniform.write_buffer(device, queue);
         new.carvers.write_buffer(device, queue);
         new
     }
 
-    /// Makes another occlusion texture where the volume's occlusion has other texels.
+    /// Makes another occlusion texture if the volume's occlusion has other texels.
     fn keep_texels(&mut self, volume: &ExtractedVolume, formats: &Formats, device: &RenderDevice) {
         let texels = volume.occlusion.texels();
         if self.texels != texels {
             self.texels = texels;
             self.occlusion = occlusion_texture(texels, volume.geometry.dimensions, formats, device);
-            // Nothing is in it, whatever the settings were when it was last seen.
+            // The new texture is empty, whatever the settings were when the volume was last seen.
             self.state.contents = None;
         }
     }
 
-    /// What surfaces are oriented by when views draw them.
+    /// Texture that orients surfaces when views draw them.
     pub fn orientations(&self) -> &TextureView {
         let kept = self.kept.as_ref().and_then(|kept| kept.orientations());
         kept.unwrap_or(&self.opacities.view)
     }
 
-    /// Uploads the lookup table where it changed.
+    /// Uploads the lookup table if it changed.
     pub fn upload(&mut self, volume: &ExtractedVolume, queue: &RenderQueue) {
         if self.state.table_revision != Some(volume.table.revision) {
             self.state.table_revision = Some(volume.table.revision);
@@ -291,7 +293,7 @@ fn occlusion_texture(
     written("contextual_ao_occlusion", texels.size(voxels), format, device)
 }
 
-/// Allocates and frees, before materials bind what there is.
+/// Allocates and frees resources, before materials bind them.
 pub(crate) fn keep_volumes(
     scene: Res<ExtractedScene>,
     formats: Res<Formats>,

@@ -1,4 +1,4 @@
-//! The data that every shader reads of a volume (`bindings.wgsl`).
+//! Data of a volume, for every shader (`bindings.wgsl`).
 
 use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
@@ -42,9 +42,11 @@ pub(crate) struct VolumeUniform {
 }
 
 impl VolumeUniform {
-    /// `largest_stored` is the stored intensity that the texture gives as 1; without occlusion
-    /// samples are drawn unshaded; `drawn` is between which intensities a surface lies that is drawn alone; the
-    /// sizes are those of the depth and the dilation maps.
+    /// Describes a volume.
+    ///
+    /// `largest_stored` is the stored intensity that the texture gives as 1. Without occlusion, samples are drawn
+    /// unoccluded. `drawn` has the bounds of drawn intensities if only a surface is drawn. The sizes are those of the
+    /// depth and the dilation maps.
     pub fn new(
         volume: &ExtractedVolume,
         largest_stored: f64,
@@ -62,11 +64,11 @@ impl VolumeUniform {
         let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
         let stride = volume.occlusion.texels().stride();
-        // A surface has all its light where it is turned to octants of full weight.
+        // A surface that faces octants of full weight can get all light.
         let weights = volume.occlusion.sky.of_grid(geometry);
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
         let drawing = volume.occlusion.method.settings().drawing();
-        // What blocks at the far edges have beyond the grid is counted.
+        // Blocks at the far edges count whole, with their part beyond the grid.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
             texture_from_local: DMat4::from(texture_from_voxel * geometry.local_from_voxel.inverse())
@@ -85,7 +87,7 @@ impl VolumeUniform {
             draw_step_mm: draw_step as f32,
             depth_map_size: depth_map_size as f32,
             dilation_map_size: dilation_map_size as f32,
-            // Half a brick's diagonal, which four cells have; rounding must not make it too short.
+            // Half of a brick's diagonal, which spans four cells. Rounding must not make it too short.
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
             footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
@@ -104,8 +106,8 @@ impl VolumeUniform {
     }
 }
 
-/// Between which intensities, as the texture gives them, a table has opacity. Where the function is constant
-/// beyond the table's ends, without end.
+/// Lower and upper bound of intensities with opacity in a table, as the texture gives them. At an end of the table with
+/// opacity there is no bound: the function is constant beyond it.
 fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -> Vec2 {
     let has_opacity = |entry: &[f32; 4]| entry[3] > 0.0;
     let first = table.entries.iter().position(has_opacity);
@@ -113,9 +115,9 @@ fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -
     let (Some(first), Some(last)) = (first, last) else {
         return Vec2::new(f32::MAX, f32::MIN);
     };
-    // More than the shader rounds by, stored intensities (`lookup_entry`).
+    // More than the shader's rounding of stored intensities (`lookup_entry`).
     const MARGIN: f64 = 0.05;
-    // Entries beside one that has opacity are transparent, what is between is not.
+    // An entry beside the first or last entry with opacity is transparent. Intensities between the two entries are not.
     let stored = |entry: f64| table.stored_range[0] + entry / density;
     let has_ends = density > 0.0;
     let from = (has_ends && first > 0).then(|| stored(first as f64 - 1.0) - MARGIN);
@@ -124,7 +126,7 @@ fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -
     Vec2::new(from.map_or(f32::MIN, intensity), to.map_or(f32::MAX, intensity))
 }
 
-/// The bits, modulo 32, of so many carvers.
+/// Bits, modulo 32, of this many carvers.
 fn bits_of(carvers: usize) -> u32 {
     if carvers < 32 { (1 << carvers) - 1 } else { u32::MAX }
 }
@@ -135,7 +137,7 @@ mod tests {
     use crate::volume::{ControlPoint, Intensities, Rescale, TransferFunction, Volume};
     use bevy::math::DAffine3;
 
-    /// Where the shader finds an intensity in a table.
+    /// Table entry of an intensity, as the shader finds it.
     fn lookup_entry(intensity: f32, largest_stored: f32, first: f32, density: f32) -> f32 {
         let stored = intensity * largest_stored;
         let is_whole = (stored - stored.round()).abs() < 1e-3 + 3e-7 * stored;
@@ -148,7 +150,7 @@ mod tests {
         for (lo, hi) in ends {
             let largest = if hi < 256 { 255.0 } else { 65_535.0 };
             for (from, to) in [(lo, lo + 1), (lo + 1, hi - 1), (lo + 2, lo + 2), (hi - 1, hi), (hi, hi)] {
-                // A ramp, or a step, that ends in a plateau; and one that ends in nothing again.
+                // A ramp or a step that ends in a plateau, or that ends in 0 again.
                 for end in [1.0, 0.0] {
                     let points = [(from, 0.0), (to, 1.0), (hi, end)];
                     check(points, largest, [lo, hi]);

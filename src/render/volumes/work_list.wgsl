@@ -1,5 +1,5 @@
-// A list that a pass appends to and that others are dispatched over, one workgroup an item. Its two ends
-// are lists of their own, which together never have more items than there is room for.
+// A list that a pass appends to and that other passes are dispatched over, one workgroup an item. Its two ends are
+// separate lists, which together never have more items than there is room for.
 
 #define_import_path bevy_contextual_ao::work_list
 

@@ -1,4 +1,4 @@
-//! What the slices of a view are accumulated in. Views, and volumes in a view, use it one after the other.
+//! Buffers that accumulate the slices of a view. Views, and volumes in a view, use them one after the other.
 
 use bevy::{
     prelude::*,
@@ -17,31 +17,31 @@ use crate::{
     render::gpu::textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
 };
 
-/// What light is stored in: all devices write and filter it.
+/// Format of the light textures, which all devices write and filter.
 pub(super) const LIGHT_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
-/// Bytes from the number of a slice to that of the next, which any device can bind.
+/// Bytes between the numbers of successive slices, an offset that any device can bind.
 pub(super) const NUMBER_STRIDE: u32 = 256;
-/// Windows that grow and shrink by less than this keep their buffers, pixels.
+/// Sizes of buffers are multiples of this, pixels, so that small changes of a window mostly keep them.
 const GRAIN: u32 = 64;
 
 /// The buffers, while any view needs them.
 #[derive(Resource, Default)]
 pub(super) struct DirectBuffers(pub Option<Buffers>);
 
-/// Large enough for the largest window.
+/// Buffers large enough for the largest window.
 pub(super) struct Buffers {
     size: UVec2,
-    /// Colour, premultiplied, and opacity of every pixel.
+    /// Premultiplied colour and opacity of every pixel.
     pub eye: Buffer,
-    /// The share of the light that reaches a slice, and the next.
+    /// Share of the light that reaches a slice, and the next slice.
     pub light: [TextureAndView; 2],
     /// The number of every slice.
     pub numbers: Buffer,
 }
 
 impl DirectBuffers {
-    /// Makes buffers for windows of up to so many pixels, and frees those that are too small or too large.
-    /// `None` where there are no windows, or the device has no buffers that large.
+    /// Makes buffers for windows of up to this size (pixels), and frees buffers of another size. `None` if there are no
+    /// windows, or the device has no buffers that large.
     pub fn fit(&mut self, window: UVec2, device: &RenderDevice) -> Option<&Buffers> {
         let size = (window + (GRAIN - 1)) / GRAIN * GRAIN;
         let bytes = 16 * u64::from(size.x) * u64::from(size.y);

@@ -1,4 +1,4 @@
-//! Lays what the slices gave over what is drawn so far.
+//! Composites the accumulated slices over the image drawn so far.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -36,17 +36,17 @@ pub(crate) struct CompositePipeline {
     shader: Handle<Shader>,
 }
 
-/// What kind of view it is.
+/// Kind of a view.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct CompositeKey {
     pub format: TextureFormat,
-    /// Samples a pixel.
+    /// Number of samples a pixel.
     pub samples: u32,
-    /// What maps its tones where no pass does so later.
+    /// Tone mapping by this pass, if no later pass does it.
     pub tonemapping: Option<Tonemapping>,
 }
 
-/// What decides with which pipeline a view is drawn.
+/// Components that select the pipeline of a view.
 pub(crate) type ViewKind =
     (&'static Msaa, &'static ExtractedView, &'static ExtractedCamera, Option<&'static Tonemapping>);
 
@@ -69,7 +69,7 @@ pub(crate) struct CompositePipelines<'w, 's> {
 }
 
 impl CompositePipelines<'_, '_> {
-    /// Whether they are there; they are compiled from the first time on that this is asked.
+    /// Whether the pipelines are ready. The first call starts their compilation.
     pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
         let Self { base, variants, views } = self;
         variants_are_ready(&**base, variants, views.iter().map(CompositeKey::of), cache)
@@ -84,7 +84,7 @@ pub(super) struct CompositeJob {
     pub window: (UVec2, UVec2),
 }
 
-/// What views and their tone mapping are described by.
+/// Resources that describe views and their tone mapping.
 #[derive(SystemParam)]
 pub(super) struct ViewResources<'w> {
     uniforms: Res<'w, ViewUniforms>,
@@ -139,7 +139,7 @@ impl SpecializedRenderPipeline for CompositePipeline {
     }
 }
 
-/// What Bevy compiles materials with for a view that maps tones in them.
+/// Shader definitions of Bevy's materials for a view that maps tones in materials.
 fn tonemapping_defs(tonemapping: Tonemapping) -> Vec<ShaderDefVal> {
     let method = match tonemapping {
         Tonemapping::None => "TONEMAP_METHOD_NONE",
@@ -184,7 +184,7 @@ impl CompositePipeline {
 }
 
 impl CompositeJob {
-    /// `view` is where the view's uniform is.
+    /// Encodes the pass. `view` is the offset of the view's uniform.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,

@@ -1,4 +1,4 @@
-// Lays a volume that a view has shaded by direct occlusion over what is drawn so far.
+// Composites a volume shaded by direct occlusion over the image that the view has drawn so far.
 
 #import bevy_render::view::View
 #import bevy_contextual_ao::window::Window
@@ -8,7 +8,7 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> window: Window;
-// Colour, premultiplied, and opacity of every pixel of the window.
+// Premultiplied colour and opacity of every pixel of the window.
 @group(0) @binding(2) var<storage, read> eye: array<vec4<f32>>;
 
 @fragment

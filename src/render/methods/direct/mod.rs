@@ -1,8 +1,8 @@
-//! Direct occlusion shading: passes of every view that shows a volume with this method, which draw the volume
-//! in place of its material.
+//! Direct occlusion shading. Every view that shows a volume with this method has passes that draw the volume in place
+//! of its material.
 //!
-//! `slicing` (where the slices are) → `views` (what each view draws, and with what) → `slices` (the pass over
-//! every slice) → `composite` (over what is drawn so far).
+//! `slicing` (places of the slices) → `views` (volumes of each view, with bind groups) → `slices` (the pass over
+//! every slice) → `composite` (over the image drawn so far).
 
 mod buffers;
 mod composite;
@@ -65,7 +65,7 @@ impl Plugin for DirectOcclusionPlugin {
             )
             .add_systems(
                 Core3d,
-                // What is timed by the clock is submitted at once, and before it all that it reads.
+                // Passes timed by the clock are submitted at once. Their inputs must be submitted before.
                 (ApplyDeferred.run_if(are_timed_by_clock), views::shade_views)
                     .chain()
                     .in_set(Core3dSystems::MainPass)

@@ -27,19 +27,19 @@ use crate::render::{
     windows::WindowUniform,
 };
 
-/// The passes of views without and with several samples a pixel.
+/// Passes of views with one sample a pixel, and with several.
 #[derive(Resource)]
 pub(crate) struct DirectPasses {
     single: ComputePass,
     multisampled: ComputePass,
-    /// Of the number of a slice.
+    /// Layout of the number of a slice.
     number_layout: BindGroupLayoutDescriptor,
 }
 
 /// The slices of one volume in one view.
 pub(super) struct SlicesJob {
     pub volume: BindGroup,
-    /// Of even and of odd slices.
+    /// Bind groups of even and of odd slices.
     pub slices: [BindGroup; 2],
     pub number: BindGroup,
     pub count: u32,
@@ -124,7 +124,7 @@ impl DirectPasses {
         )
     }
 
-    /// Runs over all slices, front to back.
+    /// Encodes the pass over all slices, front to back.
     pub(super) fn encode(&self, encoder: &mut CommandEncoder, job: &SlicesJob, cache: &PipelineCache) {
         let Some(mut pass) = self.pass(job.is_multisampled).begin(encoder, cache) else {
             return;

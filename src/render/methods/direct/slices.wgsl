@@ -1,10 +1,10 @@
 // Direct occlusion shading (Schott et al. 2009): one slice of a volume, perpendicular to the view's axis, seen
-// through every pixel of a window. Slices run front to back. What the eye sees is accumulated in one buffer;
-// the share of the light of a cone towards the viewer that reaches a slice is in another, from which that of
-// the next slice is found: its mean over the base of a cone from slice to slice, times the transmittance
-// of this slice (equations 10 to 15, algorithms 1 to 3, both buffers in one pass).
+// through every pixel of a window. Slices run front to back. One buffer accumulates the colour that the eye sees.
+// Another holds the share of the light of a cone towards the viewer that reaches a slice. Its mean over the base of
+// a cone from slice to slice, times this slice's transmittance, is the share of the next slice. These are equations
+// 10 to 15 and algorithms 1 to 3, with both buffers in one pass.
 //
-// A slice is sampled as drawing does: classified after interpolation, clipped at the very point.
+// A slice is sampled as drawing does: classified after interpolation, clipped at the sample point.
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
@@ -16,32 +16,32 @@
 }
 
 struct Slicing {
-    // Of a point of the volume (mm): its depth, the distance from the camera along the view's axis, in
-    // units of the view.
+    // Depth of a point of the volume (mm): its distance from the camera along the view's axis, in units of
+    // the view.
     depth_from_local: vec4<f32>,
-    // Depth of the first slice, and from each to the next.
+    // Depth of the first slice, and depth between slices.
     first_depth: f32,
     slice_depth: f32,
-    // The same distance in the volume, mm.
+    // Distance between slices in the volume, mm.
     slice_mm: f32,
     // Radius of the cone's base, units of the view (equation 11).
     radius: f32,
-    // Pixels per unit of the view, times clip w; which is x * depth + y (equation 12).
+    // Pixels per unit of the view, times clip w. Clip w is x * depth + y (equation 12).
     pixels: vec2<f32>,
     clip_w: vec2<f32>,
-    // Samples along each side of the grid over the base; 1: each is attenuated along its own way.
+    // Samples along each side of the grid over the base. 1: each sample is attenuated along its own distance.
     samples: u32,
     exact_distance: u32,
 }
 
 @group(1) @binding(0) var<uniform> window: Window;
-// Not uniforms, as the slice's number (4 in docs/drivers.md).
+// Not a uniform, like the slice's number (4 in docs/drivers.md).
 @group(1) @binding(1) var<storage, read> slicing: Slicing;
-// Colour, premultiplied, and opacity so far, of every pixel of the window.
+// Premultiplied colour and opacity so far, of every pixel of the window.
 @group(1) @binding(2) var<storage, read_write> eye: array<vec4<f32>>;
-// The share of the light that reaches this slice, and the next. A number is the sum of two channels, which
-// filtering keeps: 16 bits alone lose what a thin mist takes away in one slice. There is a ring of
-// background around the window.
+// Share of the light that reaches this slice, and the next slice. A share is the sum of two channels, which
+// filtering keeps. 16 bits alone lose the light that a thin mist absorbs in one slice. A ring of background
+// surrounds the window.
 @group(1) @binding(3) var light_before: texture_2d<f32>;
 @group(1) @binding(4) var light_behind: texture_storage_2d<rgba16float, write>;
 #ifdef MULTISAMPLED
@@ -53,12 +53,12 @@ struct Slicing {
 @group(2) @binding(0) var<storage, read> slice: u32;
 
 fn store_light(texel: vec2<u32>, light: f32) {
-    // As many digits as 16 bits keep.
+    // The first channel keeps as many digits as 16 bits hold.
     let rounded = bitcast<f32>(bitcast<u32>(light) & 0xffffe000u);
     textureStore(light_behind, texel, vec4(rounded, light - rounded, 0.0, 0.0));
 }
 
-// Colour, and opacity per unit distance, of what is not clipped at a point of a ray.
+// Colour and opacity per unit distance at a point of a ray. Clipped points are transparent.
 fn sample_at(ray: ViewRay, along_mm: f32) -> vec4<f32> {
     let p = ray.origin + along_mm * ray.velocity;
     let point = p * vec3<f32>(volume.dimensions);
@@ -77,17 +77,17 @@ fn sample_at(ray: ViewRay, along_mm: f32) -> vec4<f32> {
     return sample;
 }
 
-// Depth at which an opaque mesh is seen through a pixel.
+// Depth of the opaque mesh seen through a pixel.
 fn opaque_depth(pixel: vec2<u32>) -> f32 {
     let depth = textureLoad(opaque_depths, pixel, 0);
     let ndc = (vec2<f32>(pixel) + 0.5 - window.viewport.xy) / window.viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
     let point = window.view_from_clip * vec4(ndc, depth, 1.0);
-    // Depth is reversed: 0 is infinitely far, or nothing is there.
+    // Depth is reversed: 0 is infinitely far, or no mesh.
     return select(-point.z / point.w, 1e30, depth <= 0.0);
 }
 
-// The share of the light that gets to the next slice: samples on those points of a grid that lie in the
-// cone's base, through a slice of some opacity. `extent` is the size of the window with its ring.
+// Share of the light that reaches the next slice, through a slice of some opacity. Samples are the points of a
+// grid that lie in the cone's base. `extent` is the size of the window with its ring.
 fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32) -> f32 {
     let clip_w = slicing.clip_w.x * depth + slicing.clip_w.y;
     let pixels_per_radius = slicing.radius * slicing.pixels / clip_w;
@@ -151,7 +151,7 @@ fn slices(@builtin(global_invocation_id) id: vec3<u32>) {
         let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
         let p = ray.origin + along_mm * ray.velocity;
         seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light), 1.0);
-        // What little is left is of the same colour, not of the background's.
+        // The small remainder has the same colour, not the background's.
         seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
         eye[index] = seen;
     } else if slice == 0u {

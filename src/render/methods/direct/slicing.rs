@@ -1,4 +1,4 @@
-//! Where the slices of a volume are in a view.
+//! Places of a volume's slices in a view.
 
 use bevy::{
     math::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles},
@@ -26,17 +26,17 @@ pub(crate) struct SlicingData {
     exact_distance: u32,
 }
 
-/// The slices, how many they are, and how far away the volume's centre is.
+/// The slices, their number, and the distance of the volume's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slicing {
     pub data: SlicingData,
     pub count: u32,
-    /// Along the view's axis.
+    /// Depth of the volume's centre, along the view's axis.
     pub center_depth: f64,
 }
 
 impl Slicing {
-    /// `None` where there is nothing in front of the camera, or no number says where.
+    /// Slices of a volume in a window. `None` if nothing is in front of the camera, or a number is not finite.
     pub fn of(volume: &ExtractedVolume, settings: &DirectOcclusion, window: &WindowUniform) -> Option<Self> {
         let world_from_local = Mat4::from(volume.world_from_local).as_dmat4();
         Self::new(&volume.geometry, world_from_local, settings, window)
@@ -61,14 +61,14 @@ impl Slicing {
         let depth_per_mm = depth_from_local.truncate().length();
         let wanted = geometry.spacing_mm.min_element() * f64::from(settings.slice_voxels) * depth_per_mm;
         let slice_depth = wanted.max((end - begin) / f64::from(DirectOcclusion::MAX_SLICES - 1));
-        // One goes through the middle: slices stay where they are in the volume when the camera moves along
-        // its axis, and a volume however thin has one.
+        // One slice goes through the volume's centre, so that a volume of any thickness has a slice. Slices thus keep
+        // their places in the volume when the camera moves along its axis.
         let center_depth = depth(DVec3::ZERO);
         let first_depth = center_depth + ((begin - center_depth) / slice_depth).ceil() * slice_depth;
         let count = ((end - first_depth) / slice_depth).floor() + 1.0;
         let is_real = count >= 1.0 && first_depth.is_finite() && slice_depth > 0.0;
         let aperture = f64::from(settings.aperture_degrees).to_radians();
-        // Without a projection's shift, which moves all points of a slice alike.
+        // The projection's shift is left out: it moves all points of a slice alike.
         let half_size = 0.5 * window.viewport.as_dvec4().zw();
         let scale = DVec2::new(clip_from_view.x_axis.x, clip_from_view.y_axis.y);
         is_real.then(|| Self {

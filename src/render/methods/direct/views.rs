@@ -1,4 +1,4 @@
-//! What each view draws by direct occlusion shading.
+//! Jobs of the views that draw volumes by direct occlusion shading.
 
 use bevy::{
     core_pipeline::{prepass::ViewPrepassTextures, tonemapping::Tonemapping},
@@ -34,11 +34,11 @@ use crate::{
     },
 };
 
-/// The volumes of every view that has any, farthest first.
+/// Jobs of every view with such volumes, farthest volume first.
 #[derive(Resource, Default)]
 pub(super) struct DirectViews(EntityHashMap<Vec<DirectJob>>);
 
-/// What volumes in views are described by.
+/// Buffers that describe volumes in views.
 #[derive(Resource, Default)]
 pub(super) struct DirectUniforms {
     windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
@@ -63,10 +63,10 @@ struct Shown<'a> {
     slicing: Slicing,
 }
 
-/// What the views are.
+/// Components of the views.
 type ViewData = (&'static ViewPrepassTextures, ViewKind);
 
-/// The passes, and what their bind groups take.
+/// The passes, and the inputs of their bind groups.
 #[derive(SystemParam)]
 pub(super) struct Passes<'w> {
     slices: Res<'w, DirectPasses>,
@@ -77,7 +77,7 @@ pub(super) struct Passes<'w> {
     gpu: Gpu<'w>,
 }
 
-/// Writes what the passes read and makes their bind groups.
+/// Writes the inputs of the passes and makes their bind groups.
 pub(super) fn prepare_views(
     scene: Res<ExtractedScene>,
     store: Res<VolumeStore>,
@@ -93,7 +93,7 @@ pub(super) fn prepare_views(
     passes.uniforms.windows.begin_frame();
     passes.uniforms.slicings.begin_frame();
     let mut shown = Vec::new();
-    // What is bound was bound in this frame where all is ready.
+    // Only volumes with ready pipelines were bound in this frame.
     let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
         let settings =
@@ -129,7 +129,7 @@ pub(super) fn prepare_views(
 }
 
 impl Passes<'_> {
-    /// `None` while something is not there.
+    /// Prepares one volume in one view. `None` while a resource is missing.
     fn prepare(
         &mut self,
         shown: &Shown,

@@ -1,6 +1,6 @@
-// How large a share of the voxels in the box around one is not denser than it, O(x) = P(v <= v_x), estimated
-// from what the filters found (Ruiz et al., sections 3.1 to 3.3), and how much of its opacity is drawn where
-// that depends on the variance (section 4.2).
+// Share of the voxels in the box around a voxel that are not denser than it, O(x) = P(v <= v_x). The filters' results
+// give an estimate (Ruiz et al., sections 3.1 to 3.3). Also the share of a voxel's opacity that is drawn, where this
+// share depends on the variance (section 4.2).
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, invocation_index},
@@ -8,13 +8,13 @@
     voxel_lines::{ESTIMATE_CHEBYSHEV, ESTIMATE_POWER, filtering, number_of_voxels, voxel_at},
 }
 
-// Mean density, extrema, mean square, as `means` and `extrema` leave them; those that the estimate does not
-// need are any buffer.
+// Mean density, extrema and mean square, as `means` and `extrema` leave them. A quantity that the estimate does not
+// need is any buffer.
 @group(1) @binding(3) var<storage, read> means: array<u32>;
 @group(1) @binding(4) var<storage, read> extrema: array<u32>;
 @group(1) @binding(5) var<storage, read> squares: array<u32>;
 #ifdef SHARES
-// For the pass that finds their gradient.
+// Input of the pass that finds the shares' gradient.
 @group(1) @binding(6) var<storage, read_write> shares: array<f32>;
 #else
 #ifdef MODULATED
@@ -28,11 +28,11 @@
 #endif
 #endif
 
-// The variance, in squares of 16-bit steps, is known to about this: mean squares to 1.5 and the squares of means
-// to 3, by three roundings each. Less counts as this much, a deviation of 2.2 steps.
+// Error of the variance, in squares of 16-bit steps. Mean squares are known to 1.5 and squares of means to 3, by
+// three roundings each. A smaller variance counts as this one, a deviation of 2.1 steps.
 const LEAST_VARIANCE: f32 = 4.5;
 
-// Mean square less square of the mean: by whole numbers where they are nearly the same.
+// Mean square less square of the mean, in whole numbers because they can be nearly the same.
 fn variance_at(index: u32) -> f32 {
     let high = means[index] >> 16u;
     let low = means[index] & 0xffffu;
@@ -43,21 +43,21 @@ fn variance_at(index: u32) -> f32 {
     return max(f32(whole) - fraction, 0.0);
 }
 
-// By how many 16-bit steps a density exceeds a mean.
+// Number of 16-bit steps by which a density exceeds a mean.
 fn above_mean(density: u32, mean: u32) -> f32 {
     let scaled = density << 16u;
     return select(-f32(mean - scaled), f32(scaled - mean), scaled >= mean) / 65536.0;
 }
 
-// Penner and Mitchell 2008: at most this share of the voxels is as dense or denser, by Chebyshev's one-tailed
-// inequality, so at least the rest is not. Below the mean the inequality says nothing, and nothing is lit. That
-// makes the dark pictures which Ruiz et al. describe, although their section 4.1 calls those voxels not occluded.
+// Penner and Mitchell 2008: Chebyshev's one-tailed inequality bounds the share of voxels that are as dense or denser.
+// At least the rest is less dense. Below the mean the inequality says nothing, and nothing is lit. That makes the dark
+// pictures that Ruiz et al. describe, although their section 4.1 calls such voxels not occluded.
 fn chebyshev(above: f32, variance: f32) -> f32 {
     let squared = above * above;
     return select(0.0, squared / (variance + squared), above > 0.0);
 }
 
-// Winitzki 2008.
+// Approximation of Winitzki 2008.
 fn erf(x: f32) -> f32 {
     let a = 0.140012;
     let squared = x * x;
@@ -65,13 +65,13 @@ fn erf(x: f32) -> f32 {
     return sign(x) * sqrt(1.0 - exp(exponent));
 }
 
-// Equation 4. Where all densities are the same, the limit of a share of others that vanishes: a half.
+// Equation 4. Where all densities are the same, the share is a half, the limit for a vanishing share of others.
 fn gaussian(above: f32, variance: f32) -> f32 {
     return 0.5 + 0.5 * erf(above / sqrt(2.0 * variance));
 }
 
-// Section 3.2: a distribution t^beta. Nothing is denser than the highest, also where all are the same; nothing
-// is as low as the lowest.
+// Section 3.2: a distribution t^beta. The share is 1 at the highest density, also where all are the same, and 0 at
+// the lowest.
 fn power(density: u32, mean: u32, word: u32) -> f32 {
     let lowest = 0xffffu - (word >> 16u);
     let highest = word & 0xffffu;
@@ -79,7 +79,7 @@ fn power(density: u32, mean: u32, word: u32) -> f32 {
         return 1.0;
     }
     let below_highest = (highest << 16u) - mean;
-    // All are the highest, but for so few that the mean does not tell.
+    // If `below_highest` is 0, too few voxels are below the highest density to change the mean.
     if density <= lowest || below_highest == 0u {
         return 0.0;
     }

@@ -1,9 +1,9 @@
 // Lowest and highest density over [-radius, radius] voxels along one axis, by the algorithm of van Herk (1992)
-// and of Gil and Werman (1993): about three comparisons a voxel, however wide the window is. Beyond the grid
-// densities are 0.
+// and of Gil and Werman (1993). It takes about three comparisons a voxel, however wide the interval is. Beyond the
+// grid densities are 0.
 //
-// The line is cut into blocks as wide as the window. A window is the end of one block and the beginning of the
-// next, of which extrema are found by going through the one backwards and through the other forwards.
+// The line is cut into blocks as wide as the interval. An interval is the end of one block and the beginning of the
+// next. Its extrema are found by going backwards through the first block and forwards through the second.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, invocation_index},
@@ -11,11 +11,11 @@
 }
 
 @group(1) @binding(3) var<storage, read> source: array<u32>;
-// In the low half of a word the highest density; in the high half the lowest as its complement, so that the
-// highest is looked for in both.
+// The low half of a word holds the highest density. The high half holds the complement of the lowest, so that the
+// maximum is taken in both.
 @group(1) @binding(4) var<storage, read_write> extrema: array<u32>;
 
-// Of no voxel; of one beyond the grid.
+// Words of no voxel, and of a voxel beyond the grid.
 const NOTHING: u32 = 0u;
 const OUTSIDE: u32 = 0xffff0000u;
 
@@ -44,10 +44,10 @@ fn find_extrema(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let line = voxel_line(#{AXIS}u, number);
     let length = i32(line.length);
     let radius = i32(filtering.radii[#{AXIS}u]);
-    // Voxels from `begin` to `end`, whose windows begin in the block around `begin`.
+    // Voxels from `begin` to `end`, whose intervals begin in the block around `begin`.
     for (var begin = 0; begin < length; begin += 2 * radius + 1) {
         let end = min(begin + 2 * radius + 1, length);
-        // From the block's end backwards, passing over what is beyond the grid.
+        // From the block's end backwards, without the voxels beyond the grid.
         var suffix = select(NOTHING, OUTSIDE, begin + radius >= length);
         for (var place = min(begin + radius, length - 1); place >= begin - radius; place -= 1) {
             suffix = both(suffix, value_at(line, place));
@@ -56,7 +56,7 @@ fn find_extrema(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
                 extrema[line.first + u32(voxel) * line.stride] = suffix;
             }
         }
-        // From the next block's beginning on.
+        // From the next block's beginning forwards.
         var prefix = NOTHING;
         for (var voxel = begin + 1; voxel < end; voxel += 1) {
             prefix = both(prefix, value_at(line, voxel + radius));

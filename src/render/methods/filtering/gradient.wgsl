@@ -1,6 +1,6 @@
-// What is uniformly occluded becomes transparent: the share of a voxel's opacity that is drawn follows from the
-// gradient of its occlusion (Ruiz et al., section 4.2), per voxel, by linear regression over the 26 voxels around
-// it (Neumann et al. 2000: Gradient estimation in volume data using 4D linear regression), each weighted by the
+// Uniformly occluded voxels become transparent. The drawn share of a voxel's opacity follows from the gradient of its
+// occlusion (Ruiz et al., section 4.2). The gradient is a linear regression over the 26 voxels around the voxel
+// (Neumann et al. 2000: Gradient estimation in volume data using 4D linear regression). Each of them is weighted by the
 // reciprocal of its distance. Beyond the grid occlusion is that of the nearest voxel.
 
 #import bevy_contextual_ao::{
@@ -11,7 +11,7 @@
 @group(1) @binding(3) var<storage, read> shares: array<f32>;
 @group(1) @binding(4) var occlusion: texture_storage_3d<rgba8unorm, write>;
 
-// The sum of the weights of all neighbours that are not in the voxel's own plane: 2 + 8 / sqrt(2) + 8 / sqrt(3).
+// Sum of the weights of all neighbours outside the voxel's own plane: 2 + 8 / sqrt(2) + 8 / sqrt(3).
 const WEIGHTS: f32 = 12.275656;
 
 @compute @workgroup_size(WIDTH)
@@ -28,7 +28,7 @@ fn modulate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
         let neighbor = vec3<u32>(clamp(vec3<i32>(voxel) + offset, vec3(0), last));
         let places = neighbor * strides();
         let share = shares[places.x + places.y + places.z];
-        // The voxel itself has no say.
+        // The voxel itself does not contribute.
         gradient += share * vec3<f32>(offset) / max(length(vec3<f32>(offset)), 1.0);
     }
     let steepness = length(gradient) / WEIGHTS;

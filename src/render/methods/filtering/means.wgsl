@@ -1,11 +1,10 @@
-// Means over [-radius, radius] voxels along one axis: a third of the separable filter by which Ruiz et al.
-// (section 3) find the mean of the densities around a voxel, or that of their squares. Beyond the grid both
-// are 0.
+// Means over [-radius, radius] voxels along one axis: a third of the separable filter of Ruiz et al. (section 3). The
+// filter finds the mean of the densities around a voxel, or of their squares. Beyond the grid both are 0.
 //
-// An invocation follows a line and keeps the sum of all in the window: one number comes, one goes, however
-// wide it is. Sums are whole numbers of up to 40 bits and exact, so that nothing drifts. Means are rounded to
-// whole numbers of 32 bits, densities in units of 2^-16 of a step of the 16-bit ones, their squares in whole
-// steps: half a unit an axis. Where all are equal they stay so.
+// An invocation follows a line and keeps the sum over the interval. At each voxel one number comes and one goes,
+// however wide the interval is. Sums are whole numbers of up to 40 bits and exact, so that nothing drifts. Means are
+// rounded to whole numbers of 32 bits: densities to 2^-16 of a 16-bit step, squares to a whole squared step. The
+// error is half a unit an axis. Equal values stay equal.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, invocation_index},
@@ -38,8 +37,8 @@ fn subtracted(sum: vec2<u32>, value: u32) -> vec2<u32> {
     return vec2(sum.x - value, sum.y - select(0u, 1u, sum.x < value));
 }
 
-// The mean of so many of which this is the sum, rounded: a long division, 16 bits at a time. There are at most
-// 255, so that what remains leaves room for 16 bits more.
+// Rounded mean of `count` values with this sum, by long division, 16 bits at a time. `count` is at most 255, so that
+// the remainder leaves room for 16 bits more.
 fn mean_of(sum: vec2<u32>, count: u32) -> u32 {
     let rounded = added(sum, count / 2u);
     let first = (rounded.y << 16u) | (rounded.x >> 16u);
@@ -61,7 +60,7 @@ fn find_means(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
             sum = added(sum, value_at(line.first + next * line.stride));
         }
         if next >= radius {
-            // All around this one are in the sum.
+            // The sum now holds all values around this voxel.
             let voxel = next - radius;
             means[line.first + voxel * line.stride] = mean_of(sum, 2u * radius + 1u);
             if voxel >= radius {

@@ -1,6 +1,6 @@
-//! Volumetric ambient occlusion by filtering (Ruiz et al. 2010): the occlusion of all voxels from means and
-//! extrema of the densities around them, which separable filters find in a time that does not depend on how
-//! far around. `steps` says in which order, `passes` runs them, `resources` keeps what they find.
+//! Volumetric ambient occlusion by filtering (Ruiz et al. 2010): the occlusion of all voxels from means and extrema of
+//! the densities around them. Separable filters find these in a time independent of the radius. `steps` gives the
+//! order of the passes, `passes` runs them, `resources` keeps their results.
 
 mod passes;
 mod resources;

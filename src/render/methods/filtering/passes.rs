@@ -27,12 +27,12 @@ use crate::render::{
     volumes::{clip_pass::ClipPassUniform, layouts::bricks_layout, store::VolumeResources},
 };
 
-/// One for each kind of step.
+/// The passes, one for each kind of step.
 pub(crate) struct FilteringPasses {
     densities: ComputePass,
-    /// Of each quantity, along each of [`AXES`].
+    /// Filters of each quantity, along each of [`AXES`].
     filters: [[ComputePass; 3]; 3],
-    /// For each kind of outcome.
+    /// Estimates for each kind of outcome.
     estimates: [ComputePass; 3],
     gradient: ComputePass,
 }
@@ -120,7 +120,7 @@ impl FilteringPasses {
         }
     }
 
-    /// Writes the settings and binds what each step reads and writes.
+    /// Writes the settings and binds the inputs and outputs of each step.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,

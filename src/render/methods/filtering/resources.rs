@@ -1,4 +1,4 @@
-//! What filtering keeps on the GPU for a volume.
+//! Resources that filtering keeps on the GPU for a volume.
 
 use bevy::{
     prelude::*,
@@ -31,7 +31,7 @@ pub(crate) struct FilteringData {
 }
 
 impl FilteringData {
-    /// `intensities` are the lowest and the highest, as the texture gives them.
+    /// `intensities` are the lowest and the highest intensity, as the texture gives them.
     fn new(settings: &OcclusionFiltering, volume: &ExtractedVolume, intensities: [f64; 2]) -> Self {
         let [lowest, highest] = intensities;
         let range = highest - lowest;
@@ -51,14 +51,14 @@ impl FilteringData {
     }
 }
 
-/// Settings and buffers of one volume: two for each quantity, a word a voxel each, filtered from the one to the
-/// other.
+/// Settings and buffers of one volume. Each quantity has two buffers of one word a voxel, and is filtered from one to
+/// the other.
 pub(crate) struct FilteringResources {
     pub settings: OcclusionFiltering,
     pub dimensions: UVec3,
     pub data: StorageBuffer<FilteringData>,
     buffers: Vec<(Quantity, [Buffer; 2])>,
-    /// Whether the occlusion is that of what there is now.
+    /// Whether the occlusion is up to date.
     pub is_valid: bool,
 }
 
@@ -69,7 +69,7 @@ impl MethodResources for FilteringResources {
 }
 
 impl FilteringResources {
-    /// What a volume's settings need, of what there was as much as will do.
+    /// Makes the resources that a volume's settings need, and reuses earlier ones as far as possible.
     pub fn kept(
         before: Option<Self>,
         settings: OcclusionFiltering,
@@ -99,16 +99,16 @@ impl FilteringResources {
         kept
     }
 
-    /// A quantity's buffers; the mean's, which there always are, in place of others that there are not.
+    /// Buffers of a quantity. The mean's buffers, which always exist, replace missing ones.
     fn pair(&self, quantity: Quantity) -> Option<&[Buffer; 2]> {
         let found = self.buffers.iter().find(|(kept, _)| *kept == quantity);
         found.or_else(|| self.buffers.iter().find(|(kept, _)| *kept == Quantity::Mean)).map(|(_, pair)| pair)
     }
 
-    /// What a step binds behind what all bind. `occlusion` is what they are there for.
+    /// Bindings of a step, behind those shared by all steps. `occlusion` is the texture of the results.
     pub(super) fn bindings<'a>(&'a self, step: Step, occlusion: &'a TextureView) -> Vec<BindingResource<'a>> {
         let buffer = |quantity, place: usize| self.pair(quantity).map(|pair| pair[place].as_entire_binding());
-        // Densities are there before there are means, and shares when means are read no more.
+        // The spare buffer holds densities before there are means, and shares once means are no longer read.
         let spare = buffer(Quantity::Mean, 1);
         let texture = Some(BindingResource::TextureView(occlusion));
         let bindings = match step {

@@ -1,16 +1,16 @@
-//! Which passes find the occlusion of a volume, and in which order.
+//! Passes that find the occlusion of a volume, and their order.
 
 use bevy::prelude::*;
 
 use crate::occlusion::{OcclusionFiltering, OpacityModulation};
 
-/// What is found of the densities around every voxel.
+/// A quantity of the densities around every voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Mean,
-    /// The mean of their squares.
+    /// Mean of the squared densities.
     Square,
-    /// Lowest and highest.
+    /// Lowest and highest density.
     Extrema,
 }
 
@@ -18,14 +18,14 @@ impl Quantity {
     pub const ALL: [Self; 3] = [Self::Mean, Self::Square, Self::Extrema];
 }
 
-/// What is kept of the estimated shares of voxels that are not denser.
+/// Output of the estimate, from the shares of voxels that are not denser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// The factor.
+    /// The occlusion factor.
     Factors,
-    /// The factor, and how much of the opacity is drawn, by the variance.
+    /// The occlusion factor, and the share of the opacity that is drawn, by the variance.
     Modulated,
-    /// The share itself, for its gradient to be found.
+    /// The share itself, from which its gradient is found.
     Shares,
 }
 
@@ -36,22 +36,22 @@ impl Outcome {
 /// One dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// An invocation for each voxel, as in the last two; the filters have one for each line.
+    /// One invocation a voxel, as in the last two steps. Filters have one invocation a line.
     Densities,
     Filter {
         quantity: Quantity,
-        /// Number of axes that were filtered before.
+        /// Number of axes filtered before.
         turn: usize,
     },
     Estimate(Outcome),
     Gradient,
 }
 
-/// The axes in the order in which they are filtered. The last one is that along which neighbours in memory are
-/// on one line, not side by side: only there has a device to fetch voxels one by one.
+/// Axes in the order of filtering. Along the last axis neighbours in memory are on one line, not side by side. Only
+/// there does a device have to fetch voxels one by one.
 pub(super) const AXES: [u32; 3] = [1, 2, 0];
 
-/// What has to be filtered: only what the estimate, and the modulation, need.
+/// Quantities to filter: only those that the estimate and the modulation need.
 pub(super) fn quantities(settings: &OcclusionFiltering) -> Vec<Quantity> {
     let is_needed = |quantity: &Quantity| match quantity {
         Quantity::Mean => true,
@@ -61,7 +61,7 @@ pub(super) fn quantities(settings: &OcclusionFiltering) -> Vec<Quantity> {
     Quantity::ALL.into_iter().filter(is_needed).collect()
 }
 
-/// All dispatches, in order. All quantities are filtered along one axis before any is along the next: in the
+/// All dispatches, in order. All quantities are filtered along one axis before any is filtered along the next: in the
 /// first turn all read the densities.
 pub(super) fn steps(settings: &OcclusionFiltering) -> Vec<Step> {
     let quantities = quantities(settings);
@@ -76,7 +76,7 @@ pub(super) fn steps(settings: &OcclusionFiltering) -> Vec<Step> {
 }
 
 impl Step {
-    /// How many invocations it has: of filters one for each line, however wide the window.
+    /// Number of invocations. Filters have one for each line, however wide the interval is.
     pub fn invocations(self, dimensions: UVec3) -> u32 {
         let voxels = dimensions.element_product();
         match self {
@@ -101,7 +101,7 @@ mod tests {
         for estimate in [DensityEstimate::Chebyshev, DensityEstimate::Power, DensityEstimate::Gaussian] {
             let narrow = dispatches(1.0, estimate);
             assert_eq!(narrow, dispatches(100.0, estimate));
-            // Of two quantities each.
+            // Each estimate filters two quantities.
             assert_eq!(narrow.len(), 8);
             let lines: u32 = narrow[1..7].iter().map(|(_, invocations)| invocations).sum();
             assert_eq!(lines, 2 * (5 * 11 + 5 * 7 + 7 * 11));
@@ -112,7 +112,7 @@ mod tests {
     fn only_what_is_needed_is_filtered() {
         let by_variance = OcclusionFiltering { modulation: OpacityModulation::Variance(0.1), ..default() };
         assert_eq!(quantities(&by_variance), Quantity::ALL);
-        // Two buffers of a word a voxel for each.
+        // Each quantity has two buffers of one word a voxel.
         assert_eq!(by_variance.bytes(UVec3::ONE).total, 24);
         let gaussian = OcclusionFiltering { estimate: DensityEstimate::Gaussian, ..default() };
         assert_eq!(quantities(&gaussian), [Quantity::Mean, Quantity::Square]);

@@ -1,4 +1,4 @@
-// The density of a voxel after clipping, as a whole number of 16 bits: sums of them are exact.
+// Density of a voxel after clipping, as a whole number of 16 bits, so that sums are exact.
 
 #define_import_path bevy_contextual_ao::voxel_density
 

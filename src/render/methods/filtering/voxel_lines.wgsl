@@ -1,5 +1,5 @@
-// What the passes of occlusion by filtering share: their settings, and where buffers of a number a voxel, x
-// fastest, have the voxels of a line along an axis.
+// Code shared by the passes of occlusion by filtering: their settings, and the places of an axis line's voxels in
+// buffers. A buffer has one number a voxel, x fastest.
 
 #define_import_path bevy_contextual_ao::voxel_lines
 
@@ -10,14 +10,14 @@ struct Filtering {
     estimate: u32,
     // Half the width of the box around a voxel, without the voxel itself, voxels.
     radii: vec3<u32>,
-    // 1: density is intensity, of which these are the one of density 0, as the texture gives it, and the
-    // density per unit of it. Otherwise opacity.
+    // 1: density is intensity. `lowest` is the intensity of density 0, as the texture gives it, and
+    // `per_intensity` the density per unit of intensity. Otherwise density is opacity.
     is_of_intensities: u32,
     lowest: f32,
     per_intensity: f32,
-    // What factors are multiplied by.
+    // Multiplier of the factors.
     brightness: f32,
-    // Variance, or gradient, from which on a voxel keeps all its opacity.
+    // Variance or gradient above which a voxel keeps all its opacity.
     threshold: f32,
 }
 
@@ -42,7 +42,7 @@ fn voxel_at(index: u32) -> vec3<u32> {
     return vec3(index % strides.y, (index / strides.y) % filtering.dimensions.y, index / strides.z);
 }
 
-// Voxels along an axis: where the first one is, the distance between neighbours, their number.
+// Voxels along an axis: index of the first voxel, distance between neighbours, number of voxels.
 struct VoxelLine {
     first: u32,
     stride: u32,
@@ -53,7 +53,7 @@ fn number_of_lines(axis: u32) -> u32 {
     return number_of_voxels() / filtering.dimensions[axis];
 }
 
-// Neighbouring lines begin at neighbouring voxels: along y and z invocations side by side read side by side.
+// Neighbouring lines begin at neighbouring voxels. Along y and z neighbouring invocations read neighbouring words.
 fn voxel_line(axis: u32, number: u32) -> VoxelLine {
     let strides = strides();
     let near = select(0u, 1u, axis == 0u);

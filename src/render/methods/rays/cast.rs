@@ -32,15 +32,15 @@ use crate::{
 
 pub(crate) struct RayCastPasses {
     cast: ComputePass,
-    /// Counts its work.
+    /// Variant that counts its work.
     counting: ComputePass,
-    /// Adds to what was found in the frames before.
+    /// Variant that adds to the sums of earlier frames.
     progressive: ComputePass,
     /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
 }
 
-/// The voxels of one list.
+/// Ray cast of the listed voxels of one volume.
 pub(crate) struct RayCastJob {
     group: BindGroup,
     word_list: Buffer,
@@ -48,7 +48,7 @@ pub(crate) struct RayCastJob {
     /// First byte and size of the mask of pending voxels.
     pending: (u64, u64),
     variant: Variant,
-    /// Whether the voxels are to be cast again, by other rays, in the next frame.
+    /// Whether the next frame casts other rays from the same voxels.
     goes_on: bool,
 }
 
@@ -116,8 +116,8 @@ impl RayCastPasses {
         self.progressive.is_ready(cache)
     }
 
-    /// Where rays are cast in several frames, and added up in the volume's `ray_sums`, `goes_on` says
-    /// whether there are more of them.
+    /// Binds the resources of a volume. With progressive rays, added up in `ray_sums`, `goes_on` says whether more rays
+    /// follow in later frames.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
@@ -159,7 +159,7 @@ impl RayCastPasses {
         }
     }
 
-    /// Casts what is pending; nothing is afterwards, unless it goes on.
+    /// Casts the pending voxels. Clears their mask afterwards, unless more rays follow.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,

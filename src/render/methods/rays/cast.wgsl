@@ -1,11 +1,11 @@
 // Step V of the CAO paper (sections 3.4 and 3.5): the ambient factor of voxels, cast along a
-// spherical pattern of rays (equations 2 and 3). A workgroup takes the voxels of one word of the mask
-// that are to be cast, and deals out all their rays to its invocations: neighbours look the same way.
+// spherical pattern of rays (equations 2 and 3). A workgroup takes the pending voxels of one mask word
+// and deals out their rays to its invocations. Neighbouring invocations cast in the same direction.
 //
-// However many voxels and optimizations there are, the result has the same bits: what the rays find is
-// added up in whole numbers, so the order does not matter and n equal samples count n times; leaps
-// pass over samples that are exactly 0; and a ray that lets less than half a quantum of the stored
-// byte through counts as opaque, whether it goes on or not.
+// The result has the same bits for any number of voxels and any optimizations. Factors and
+// transmittances are added up in whole numbers, so that order does not matter and n equal samples
+// count n times. Leaps pass only over samples that are exactly 0. A ray that lets through less than
+// half a quantum of the stored byte counts as opaque, even if it goes on.
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
@@ -15,27 +15,27 @@
     work_list::FRONT,
 }
 
-// Which rays are cast.
+// Rays that a frame casts.
 struct RayPass {
-    // The first, and the end, of how many samples.
+    // First and end ray, and number of samples of each.
     first_ray: u32,
     end_ray: u32,
     steps: u32,
-    // 1: rays end when nothing more can change them, and leap over empty bricks.
+    // 1: rays end when nothing more can change them. 1: rays leap over empty bricks.
     ends_early: u32,
     leaps: u32,
-    // Progressive: what share of what was found before counts, and the weight of all that is then found.
+    // Progressive rays: share of the earlier sums that counts, and the total weight of the new sums.
     kept: f32,
     found_weight: f32,
 }
 
 // Opacities after clipping, V_o.
 @group(1) @binding(0) var opacities: texture_3d<f32>;
-// Transparent outside the grid where the device has such samplers, else clamped to the edge.
+// Its border is transparent where the device has such samplers, else it clamps to the edge.
 @group(1) @binding(1) var grid_sampler: sampler;
 @group(1) @binding(2) var<uniform> ray_pass: RayPass;
-// Two entries a ray, in texture coordinates: the offset of the first sample and the weight; the
-// step between samples.
+// Two entries a ray, in texture coordinates: the offset of the first sample with the ray's weight, then
+// the step between samples.
 @group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
 @group(1) @binding(5) var<storage, read> voxel_masks: array<u32>;
 #ifdef STORE_R8
@@ -44,7 +44,7 @@ struct RayPass {
 @group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
 #endif
 #ifdef PROGRESSIVE
-// Of every voxel: the sum of what its rays found so far, each times its weight.
+// Sum of every voxel's ray factors so far, each times its weight.
 @group(1) @binding(8) var<storage, read_write> ray_sums: array<f32>;
 #endif
 #ifdef COUNT_WORK
@@ -66,11 +66,11 @@ fn count(counter: u32, amount: u32) {
 const WIDTH: u32 = 64u;
 // Half a quantum of the stored byte.
 const OPAQUE: f32 = 1.0 / 512.0;
-// Transmittances, and factors of rays, are added up in units of these.
+// Units in which transmittances and ray factors are added up.
 const TRANSMITTANCE_UNIT: f32 = 1.0 / 65536.0;
 const FACTOR_UNIT: f32 = 1.0 / 268435456.0;
 
-// The voxels to be cast, as bits of their mask, and the sums of what their rays found.
+// Voxels to be cast, as numbers of bits in the mask word, and the sums of their ray factors.
 var<workgroup> voxels: array<u32, 32>;
 var<workgroup> sums: array<atomic<u32>, 32>;
 
@@ -88,8 +88,8 @@ fn opacity_at(p: vec3<f32>) -> f32 {
 #endif
 }
 
-// Samples of a ray (voxels) before it leaves what the grid's outermost voxels reach, for good: rays
-// start in the grid. Rounding may add one; it samples what is transparent.
+// Number of samples of a ray (voxels) before it leaves the reach of the grid's outermost voxels. A ray
+// starts in the grid, so that it leaves for good. Rounding may add one sample, which is transparent.
 fn samples_in_grid(start: vec3<f32>, step: vec3<f32>) -> u32 {
     let steps = steps_to_leave(start, step, vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51);
     return u32(clamp(ceil(steps), 0.0, 1e6));
@@ -105,7 +105,7 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
         end = min(end, samples_in_grid(start * dimensions, voxel_step));
     }
     var transmittance = 1.0;
-    // In whole units; of the voxel itself, 1.
+    // Transmittance in whole units. The voxel's own is 1.
     var unit = u32(1.0 / TRANSMITTANCE_UNIT);
     var sum = unit;
     var i = 0u;
@@ -136,7 +136,7 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
         sum += unit;
         i += 1u;
     }
-    // What is left of the ray lets through what came so far.
+    // The remaining samples have the last transmittance.
     sum += (steps - i) * unit;
     return f32(sum) * TRANSMITTANCE_UNIT / f32(steps + 1u);
 }

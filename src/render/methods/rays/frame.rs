@@ -1,4 +1,4 @@
-//! Which views are followed in a frame, and which rays are cast.
+//! Plan of a frame: the views to follow, and the rays to cast.
 
 use bevy::{prelude::*, render::render_resource::BindGroup};
 use core::ops::Range;
@@ -27,22 +27,22 @@ use crate::{
 /// The passes over one volume.
 pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
-    /// The list of voxels.
+    /// Bind group of the list of voxels.
     pub(super) words: BindGroup,
-    /// Views to be followed, which fill the list.
+    /// Passes over the views to follow, which fill the list.
     pub(super) marks: Vec<MarkJob>,
     pub(super) cast: RayCastJob,
 }
 
-/// The settings of rays that are cast in several frames, where they are.
+/// Settings of progressive rays, if the volume uses them in this frame.
 fn progressive(volume: &ExtractedVolume) -> Option<ProgressiveRays> {
     let settings = volume.occlusion.method.get().copied();
     settings.filter(|_| volume.shading.ambient_occlusion && !volume.recomputes_all)
 }
 
-/// What clipping has to list: nothing where views are followed.
+/// Demand on clipping: the voxels to list, none if views are followed.
 pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) -> Demand {
-    // All rays begin anew.
+    // A change restarts the progressive rays of all voxels.
     let restarts = progressive(volume).is_some();
     let queue = if !volume.shading.ambient_occlusion {
         Queue::None
@@ -59,7 +59,7 @@ pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) ->
 }
 
 impl Rays {
-    /// Decides what is cast, and records it as done: once planned, it is.
+    /// Decides which rays are cast, and records them as cast: a planned cast always runs.
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
         let VolumeFrame { of: KeptVolume { volume, resources }, step, windows, optimizations, .. } = *frame;
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
@@ -93,7 +93,7 @@ impl Rays {
             found_weight,
         };
         write_if_changed(&mut kept.pass, pass, &gpu.device, &gpu.queue);
-        // Rays that go on being cast go on with the same list.
+        // Progressive rays keep the same list in later frames.
         if kept.ray_sums.is_none() {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
         }
@@ -110,10 +110,10 @@ impl Rays {
     }
 }
 
-/// The parts of views in which they may read what they have not read before.
+/// Parts of views that may read occlusion not read before.
 fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFrame) -> Vec<WindowUniform> {
     let VolumeFrame { of: KeptVolume { volume, .. }, step, optimizations, .. } = *frame;
-    // What a view reads that it has read before can differ only where one of the changes shows.
+    // Where a view was marked before, its reads can differ only within the outlines of the changes.
     let few = step.changes.as_ref().filter(|_| optimizations.outlines && !step.is_all_stale);
     let outlines = few.and_then(|changes| outlines(changes, volume));
     let unread = |view: &VolumeWindow| {
@@ -126,8 +126,8 @@ fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFram
     views.iter().filter_map(unread).collect()
 }
 
-/// Which of all rays a frame casts, and what part of the weight of those before counts; after a change it begins
-/// anew.
+/// Rays that a frame casts, and the share of the earlier rays' weight that counts. A change restarts at the first
+/// ray.
 fn rays_of_frame(
     settings: ProgressiveRays,
     before: RayProgress,

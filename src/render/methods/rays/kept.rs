@@ -1,4 +1,4 @@
-//! What rays keep on the GPU for a volume.
+//! Resources that rays keep on the GPU for a volume.
 
 use bevy::{
     prelude::*,
@@ -19,7 +19,7 @@ use crate::{
     },
 };
 
-/// Which rays a frame casts, as `RayPass` in WGSL.
+/// Rays that a frame casts, `RayPass` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct RayPassUniform {
     pub first_ray: u32,
@@ -31,27 +31,27 @@ pub(crate) struct RayPassUniform {
     pub found_weight: f32,
 }
 
-/// How far rays are that are cast in several frames.
+/// Progress of rays that are cast over several frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RayProgress {
     pub rays: u32,
     pub weight: f32,
 }
 
-/// What is kept for a volume.
+/// Resources kept for a volume.
 #[derive(Default)]
 pub(crate) struct KeptRays {
     pub rays: StorageBuffer<Vec<Vec4>>,
-    /// What the rays were made for.
+    /// Settings for which the rays were made.
     rays_for: Option<AmbientOcclusion>,
     pub pass: UniformBuffer<RayPassUniform>,
-    /// Of progressive rays: the sum of what they found so far, a number a voxel.
+    /// Sums of progressive rays' weighted factors so far, one number a voxel.
     pub ray_sums: Option<Buffer>,
-    /// Which rays have been cast since the last change, and the weight of all that was found.
+    /// Number of rays cast since the last change, and total weight of the sums.
     pub(super) progress: RayProgress,
-    /// Of views that are followed.
+    /// Resources of the followed views.
     pub(super) windows: Vec<MarkWindow>,
-    /// Views for which all occlusion that they read is valid.
+    /// Views that read only valid occlusion.
     pub marked: Vec<WindowUniform>,
 }
 
@@ -62,7 +62,7 @@ impl MethodResources for KeptRays {
 }
 
 impl KeptRays {
-    /// Uploads the rays where they changed, and has sums where rays are progressive.
+    /// Uploads the rays if they changed, and keeps sums only for progressive rays.
     pub fn update(mut self, volume: &KeptVolume, gpu: &Gpu) -> Self {
         let is_progressive = volume.settings::<ProgressiveRays>().is_some();
         if is_progressive != self.ray_sums.is_some() {
@@ -73,7 +73,7 @@ impl KeptRays {
                 mapped_at_creation: false,
             };
             self.ray_sums = is_progressive.then(|| gpu.device.create_buffer(&descriptor));
-            // Nothing is in them, whatever was found when the volume was last seen.
+            // The new sums are empty, whatever the earlier sums held.
             self.progress = default();
         }
         let occlusion = volume.ambient_occlusion();

@@ -1,4 +1,4 @@
-//! Which voxels a view will read.
+//! Pass that marks the voxels a view will read.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -18,13 +18,13 @@ use crate::render::{
     windows::WindowUniform,
 };
 
-/// One view to be followed.
+/// One view to follow.
 pub(crate) struct MarkJob {
     pub window: BindGroup,
     pub pixels: UVec2,
 }
 
-/// Where a view is read from that is followed, whichever it is.
+/// Uniform and bind group of a followed view. Any view can use them.
 #[derive(Default)]
 pub(super) struct MarkWindow {
     uniform: UniformBuffer<WindowUniform>,

@@ -1,6 +1,6 @@
-// Which voxels a view will read: follows the view rays as drawing does, and asks for the occlusion of
-// what they meet where it is not up to date. What is drawn later behind opaque meshes is not known
-// yet, so somewhat more is asked for than is read; never less.
+// Marks the voxels that a view will read. Follows the view rays as drawing does, and asks for the stale
+// occlusion of the voxels that they meet. Samples that opaque meshes will hide are not known yet, so that
+// somewhat more is asked for than is read, never less.
 
 #import bevy_contextual_ao::{
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
@@ -13,10 +13,10 @@
 
 @group(1) @binding(0) var<uniform> window: Window;
 
-// Drawing may find opacities and places that differ from these by rounding.
+// Margins for rounding: drawing may find slightly different opacities and places.
 const OPACITY_MARGIN: f32 = 1e-3;
 const PLACE_MARGIN: f32 = 1.0 / 256.0;
-// Of a word of a mask: the voxels at even places along all axes.
+// Voxels of a mask word at even places along all axes.
 const EVEN_VOXELS: u32 = 0x0505u;
 
 @compute @workgroup_size(8, 8)
@@ -46,8 +46,8 @@ fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// Puts those texels of a box of the occlusion texture that are not up to date on the list, word by word of
-// the mask of the voxels that stand for them.
+// Puts the stale texels of a box of the occlusion texture on the list. The list is of words of the voxel mask, in
+// which voxels stand for texels.
 fn ask_for(first: vec3<i32>, last: vec3<i32>) {
     let stride = volume.occlusion_stride;
     let limit = (vec3<i32>(volume.dimensions) - 1) / i32(stride);
@@ -63,7 +63,7 @@ fn ask_for(first: vec3<i32>, last: vec3<i32>) {
                 let word = mask_word(block * MASK_BLOCK);
                 let voxels = mask_of_box(block, low, high) & standing;
                 let valid = &voxel_masks[mask_at(VALID, word)];
-                // Reading is cheap, and almost all have been asked for.
+                // Reading is cheap, and almost all voxels have been asked for.
                 let stale = voxels & ~atomicLoad(valid);
                 if stale != 0u {
                     let pending = &voxel_masks[mask_at(PENDING, word)];

@@ -1,7 +1,7 @@
-//! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where it is stale and seen; all at
-//! once, or a few in every frame.
+//! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where the occlusion is stale and
+//! seen. Rays are cast all at once, or a few in every frame.
 //!
-//! `frame` (which views are followed, which rays are cast) → `mark` (the voxels that a view reads) → `cast`.
+//! `frame` (views to follow, rays to cast) → `mark` (the voxels that a view reads) → `cast`.
 
 pub(in crate::render) mod cast;
 mod frame;
@@ -40,7 +40,7 @@ impl Plugin for RaysPlugin {
     }
 }
 
-/// The passes.
+/// The passes of the method.
 pub(super) struct Rays {
     mark: MarkPass,
     cast: RayCastPasses,

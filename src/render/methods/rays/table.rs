@@ -1,4 +1,4 @@
-//! The rays around a voxel, as the cast reads them.
+//! Table of the rays around a voxel.
 
 use bevy::{math::DVec3, prelude::*};
 
@@ -7,9 +7,9 @@ use crate::{
     volume::VolumeGeometry,
 };
 
-/// The rays as the ray cast reads them: two entries a ray, in texture coordinates; the offset of
-/// the first sample and the weight, then the step between samples. If they are cast one after the other, in
-/// an order in which the first ones go in all directions.
+/// Table of the rays as the ray cast reads them: two entries a ray, in texture coordinates. The first entry is the
+/// offset of the first sample with the weight, the second the step between samples. Progressive rays are ordered so
+/// that the first ones go in all directions.
 pub(crate) fn ray_table(occlusion: &AmbientOcclusion, geometry: &VolumeGeometry) -> Vec<Vec4> {
     let Some(settings) = occlusion.method.rays() else { return default() };
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
@@ -30,8 +30,8 @@ pub(crate) fn ray_table(occlusion: &AmbientOcclusion, geometry: &VolumeGeometry)
         .collect()
 }
 
-/// Puts neighbours in a list far from each other: a golden section of it lies between them, or about that, so
-/// that each comes once.
+/// Moves neighbours in a list far from each other. Successive elements of the result were about a golden section of
+/// the list apart, chosen so that each element comes once.
 fn spread<T: Copy>(list: Vec<T>) -> Vec<T> {
     let count = list.len();
     let golden = (0.618 * count as f64).round() as usize;

@@ -1,4 +1,4 @@
-//! Multiplies the colours of a view by its factors, in place: what other views have drawn beside it stays.
+//! Multiplies the colours of a view by its factors, in place. Images of other views beside it stay.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -22,7 +22,7 @@ use bevy::{
 use super::uniform::ScreenSpaceUniform;
 use crate::render::gpu::render_pipelines::variants_are_ready;
 
-/// The pipeline, and what it binds.
+/// The pipeline, and its bind group layout.
 #[derive(Resource)]
 pub(crate) struct DarkenPipeline {
     pub layout: BindGroupLayoutDescriptor,
@@ -30,10 +30,10 @@ pub(crate) struct DarkenPipeline {
     shader: Handle<Shader>,
 }
 
-/// What distinguishes its variants.
+/// Key of a variant of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct DarkenKey {
-    /// Of the view's colours.
+    /// Format of the view's colours.
     pub format: TextureFormat,
     pub blurs: bool,
 }
@@ -95,7 +95,7 @@ pub(crate) struct DarkenPipelines<'w, 's> {
 }
 
 impl DarkenPipelines<'_, '_> {
-    /// Whether they are there; they are compiled from the first time on that this is asked.
+    /// Whether the pipelines are ready. The first call starts their compilation.
     pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
         let Self { base, variants, views } = self;
         let formats = views.iter().map(ViewTarget::main_texture_format);

@@ -1,6 +1,6 @@
-// Darkens what a view has drawn by the factors of screen-space occlusion: the colour behind is multiplied
-// with what this returns. The blur, over the 4x4 pixels that have all angles of the kernel, leaves out what
-// is farther from the pixel's own depth than the radius, so that outlines stay sharp.
+// Darkens the image of a view by the factors of screen-space occlusion: blending multiplies the colour behind by the
+// returned factor. The blur covers the 4x4 pixels that have all angles of the kernel. It leaves out pixels farther from
+// the pixel's own depth than the radius, so that outlines stay sharp.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_contextual_ao::screen_space::ScreenSpaceView

@@ -1,7 +1,7 @@
-//! Screen-space ambient occlusion of volumes, the method of VTK's `vtkSSAOPass` (Kitware 2023). A view that
-//! shows a volume shaded by it finds, after drawing, what each of its pixels shows
-//! (`opaque_surface.wgsl`, `volume_surface.wgsl`), how open that is (`occlusion.wgsl`), and darkens its
-//! colours (`darken.wgsl`). Nothing is kept from frame to frame. This file only wires it up.
+//! Screen-space ambient occlusion of volumes, the method of VTK's `vtkSSAOPass` (Kitware 2023). It runs after drawing,
+//! in every view that shows a volume with this method. It finds the surface in each pixel (`opaque_surface.wgsl`,
+//! `volume_surface.wgsl`) and its openness (`occlusion.wgsl`), and darkens the view's colours (`darken.wgsl`).
+//! Nothing is kept from frame to frame. This file only wires up the passes.
 
 mod darken;
 mod occlusion;

@@ -1,4 +1,4 @@
-//! How open what each pixel shows is.
+//! Pass that finds the occlusion factor of each pixel's surface.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -15,7 +15,7 @@ use crate::render::gpu::{
     formats::Formats,
 };
 
-/// Turns surfaces into factors.
+/// Turns surfaces into occlusion factors.
 #[derive(Deref)]
 pub(super) struct OcclusionPass(ComputePass);
 

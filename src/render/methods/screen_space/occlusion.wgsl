@@ -1,9 +1,9 @@
-// How much of the half ball around the point that each pixel shows is open, as VTK's `vtkSSAOPass` estimates
-// it: points of it count as hidden where the view sees something in front of them, fading out where that is
-// farther from the pixel's own point than the radius. What lies outside of the image hides nothing.
+// Open share of the half ball around the point in each pixel, as VTK's `vtkSSAOPass` estimates it. Points of the half
+// ball count as hidden where the view sees a surface in front of them. This fades out where that surface is farther
+// from the pixel's own point than the radius. Points outside of the image are not hidden.
 //
-// VTK turns the kernel by random angles; here each of 4x4 pixels has one of 16 even ones, so that a blur over
-// 4x4 has them all.
+// VTK turns the kernel by random angles. Here each of 4x4 pixels has one of 16 even angles, so that a blur over 4x4
+// pixels has them all.
 
 #import bevy_contextual_ao::screen_space::{FAR, Kernel, ScreenSpaceView, unpack_surface, view_position}
 
@@ -18,7 +18,7 @@
 
 const TAU: f32 = 6.2831853;
 
-// By which angle the kernel is turned: an ordered pattern (Bayer 1973) in which neighbours differ much.
+// Angle by which the kernel is turned: an ordered pattern (Bayer 1973) in which neighbours differ much.
 fn angle_of(pixel: vec2<u32>) -> f32 {
     let a = pixel.x ^ pixel.y;
     let rank = ((a & 1u) << 3u) | ((pixel.y & 1u) << 2u) | (a & 2u) | ((pixel.y & 2u) >> 1u);

@@ -1,5 +1,5 @@
-// What each pixel of a view shows of opaque meshes, by the depth prepass: distances, and normals from the
-// differences between neighbours, of two the one that is nearer.
+// Surface of opaque meshes in each pixel of a view, from the depth prepass: distances, and normals from differences
+// between neighbours. Of two neighbours the one nearer in depth counts.
 
 #import bevy_contextual_ao::screen_space::{FAR, ScreenSpaceView, Surface, pack_surface, view_position}
 
@@ -22,7 +22,7 @@ fn depth_at(pixel: vec2<i32>) -> f32 {
     if depth <= 0.0 {
         return FAR;
     }
-    // Places across do not matter.
+    // x and y do not change the distance.
     let point = view.view_from_clip * vec4(0.0, 0.0, depth, 1.0);
     return min(-point.z / point.w, FAR);
 #else
@@ -30,7 +30,7 @@ fn depth_at(pixel: vec2<i32>) -> f32 {
 #endif
 }
 
-// From a point to what another pixel shows.
+// Vector from a point to the surface in another pixel.
 fn way_to(pixel: vec2<i32>, from_point: vec3<f32>) -> vec3<f32> {
     let depth = depth_at(pixel);
     if depth >= FAR {
@@ -39,7 +39,7 @@ fn way_to(pixel: vec2<i32>, from_point: vec3<f32>) -> vec3<f32> {
     return view_position(view, vec2<f32>(pixel) + 0.5, depth) - from_point;
 }
 
-// The way along an axis of the image, by that neighbour whose depth differs less.
+// Vector along an axis of the image, from the neighbour whose depth differs less.
 fn slope(pixel: vec2<i32>, axis: vec2<i32>, from_point: vec3<f32>) -> vec3<f32> {
     let ahead = way_to(pixel + axis, from_point);
     let back = way_to(pixel - axis, from_point);
@@ -59,7 +59,7 @@ fn find_opaque(@builtin(global_invocation_id) id: vec3<u32>) {
         let down = slope(pixel, vec2(0, 1), point);
         // The image's y axis runs downwards.
         let normal = cross(down, across);
-        // A pixel by itself faces the camera.
+        // A pixel without neighbours along an axis faces the camera.
         if max(abs(across.z), abs(down.z)) < 0.5 * FAR && dot(normal, normal) > 0.0 {
             surface.normal = normalize(normal);
         }

@@ -1,4 +1,4 @@
-//! What each pixel of a view shows: opaque meshes, then one volume after the other, whatever is nearest.
+//! Passes that find the nearest surface in each pixel of a view: of opaque meshes, then of one volume after the other.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -24,7 +24,7 @@ use crate::render::{
 
 /// The passes that find surfaces.
 pub(super) struct SurfacePasses {
-    /// Without a depth prepass, with one, with a multisampled one.
+    /// Passes without a depth prepass, with one, and with a multisampled one.
     opaque: [ComputePass; 3],
     pub volume: ComputePass,
 }
@@ -80,12 +80,12 @@ impl SurfacePasses {
         self.opaque.iter().chain([&self.volume])
     }
 
-    /// The pass over opaque meshes, by a view's depth prepass with so many samples; 0 where it has none.
+    /// The pass over opaque meshes, for a view's depth prepass with this number of samples; 0 without a prepass.
     pub fn opaque(&self, samples: u32) -> &ComputePass {
         &self.opaque[samples.min(2) as usize]
     }
 
-    /// Binds a volume, and a view of it: the surfaces before, and those that are written.
+    /// Binds a volume and a window of a view onto it. The pass reads the surfaces `before` and writes `written`.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,

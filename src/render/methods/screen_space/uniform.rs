@@ -1,4 +1,4 @@
-//! What the passes over a view read of it.
+//! Uniforms of the passes over a view.
 
 use bevy::{
     prelude::*,
@@ -7,7 +7,7 @@ use bevy::{
 
 use crate::occlusion::ScreenSpaceOcclusion;
 
-/// Of textures of surfaces: depth and normal.
+/// Format of textures of surfaces: depth and normal.
 pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
 
 /// A view, as `ScreenSpaceView` in WGSL.
@@ -20,7 +20,7 @@ pub(in crate::render) struct ScreenSpaceUniform {
     pub bias: f32,
 }
 
-/// What a view looks at around each point, as `Kernel` in WGSL.
+/// Kernel of points around each pixel's point, `Kernel` in WGSL.
 #[derive(Clone, Copy, PartialEq, ShaderType)]
 pub(in crate::render) struct KernelUniform {
     pub points: [Vec4; 256],

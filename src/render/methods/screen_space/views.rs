@@ -1,4 +1,4 @@
-//! Which views are shaded, and what their passes bind.
+//! Shaded views, and the bind groups of their passes.
 
 use bevy::{
     core_pipeline::prepass::ViewPrepassTextures,
@@ -32,11 +32,11 @@ use crate::{
     volume::longest_stretch,
 };
 
-/// The passes over the views of this frame that are shaded, by the views' entities.
+/// Passes over the shaded views of this frame, by the views' entities.
 #[derive(Resource, Default)]
 pub(crate) struct ScreenSpaceViews(pub EntityHashMap<ViewJob>);
 
-/// What views, and volumes in them, are described by.
+/// Uniforms of views, and of volumes in them.
 #[derive(Resource, Default)]
 pub(super) struct ScreenSpaceUniforms {
     views: BuffersOf<Entity, UniformBuffer<ScreenSpaceUniform>>,
@@ -62,10 +62,10 @@ pub(crate) struct ViewJob {
     /// Origin and size, pixels.
     pub viewport: Vec4,
     pub size: UVec2,
-    /// Of the depth prepass; 0 where there is none.
+    /// Number of samples of the depth prepass; 0 without a prepass.
     pub depth_samples: u32,
     pub opaque: BindGroup,
-    /// Of each volume.
+    /// Bind groups of each volume.
     pub volumes: Vec<[BindGroup; 2]>,
     pub occlusion: BindGroup,
     pub darken: BindGroup,
@@ -83,7 +83,7 @@ struct SeenVolume<'a> {
     bias: f32,
 }
 
-/// What making the jobs takes.
+/// Inputs for making the jobs.
 #[derive(SystemParam)]
 pub(crate) struct JobParts<'w> {
     passes: Res<'w, ScreenSpacePasses>,
@@ -118,7 +118,7 @@ pub(crate) fn prepare_views(
         let stretch = longest_stretch(volume.world_from_local.matrix3.as_dmat3());
         let [radius, bias] = settings.lengths_mm(&volume.geometry).map(|mm| (mm * stretch) as f32);
         if !volume.shading.ambient_occlusion || radius <= 0.0 || settings.samples == 0 {
-            // It changes nothing.
+            // The method changes nothing for this volume.
             continue;
         }
         for view in windows.onto(volume.entity) {
@@ -145,7 +145,7 @@ impl JobParts<'_> {
         format: TextureFormat,
         prepass: Option<&ViewPrepassTextures>,
     ) -> Option<ViewJob> {
-        // Where volumes differ, the view takes the most that one of them asks for.
+        // Where settings of volumes differ, the view takes the largest.
         let settings = volumes.iter().map(|volume| volume.settings).reduce(|a, b| ScreenSpaceOcclusion {
             samples: a.samples.max(b.samples),
             blur: a.blur || b.blur,
@@ -170,7 +170,7 @@ impl JobParts<'_> {
             let descriptor = view_texture(size, format);
             self.textures.get(device, descriptor).default_view
         };
-        // Each pass reads what the one before wrote.
+        // Each pass reads the surfaces that the previous pass wrote.
         let surfaces = [texture(SURFACE_FORMAT), texture(SURFACE_FORMAT)];
         let factors = texture(gpu.formats.scalar);
         let last = &surfaces[volumes.len() % 2];
@@ -212,7 +212,7 @@ impl JobParts<'_> {
     }
 }
 
-/// One texel for each pixel of a viewport.
+/// Descriptor of a texture with one texel for each pixel of a viewport.
 fn view_texture(size: UVec2, format: TextureFormat) -> TextureDescriptor<'static> {
     TextureDescriptor {
         label: Some("contextual_ao_screen_space"),

@@ -1,9 +1,9 @@
-// The surface of a volume for screen-space occlusion (Kitware 2023): the first sample of each view ray, of
-// those that drawing takes, whose opacity reaches a threshold. Its normal is that of the clipped opacity.
-// Where something else was found nearer, that stays.
+// Surface of a volume for screen-space occlusion (Kitware 2023): the first sample of each view ray whose opacity
+// reaches a threshold. The samples are those of drawing. The normal is that of the clipped opacity. A nearer surface
+// found before stays.
 //
-// Kitware's surface lies on samples; here the place where the threshold is reached is found between two, so
-// that the jitter of view rays does not show as noise.
+// Kitware's surface lies on samples. Here the place that reaches the threshold is found between two samples, so that
+// the jitter of view rays shows no noise.
 
 #import bevy_contextual_ao::{
     orientation::{inward, inward_from_face},
@@ -16,11 +16,11 @@
 @group(1) @binding(0) var<uniform> window: Window;
 // Opacity of a drawing step.
 @group(1) @binding(1) var<uniform> opacity_threshold: f32;
-// What was found before, a texel for each pixel of the viewport, and what is found.
+// Surfaces found before, a texel for each pixel of the viewport, and surfaces that this pass finds.
 @group(1) @binding(2) var before: texture_2d<u32>;
 @group(1) @binding(3) var surfaces: texture_storage_2d<rg32uint, write>;
 
-// The surface lies within this power of two of a step.
+// The surface is found to a step divided by this power of two.
 const SURFACE_HALVINGS: i32 = 5;
 
 fn place_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
@@ -61,20 +61,20 @@ fn surface_along(ray: ViewRay) -> f32 {
     return -1.0;
 }
 
-// Towards the viewer, view space.
+// Normal towards the viewer, view space.
 fn normal_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
     let p = place_at(ray, along_mm);
-    // A surface that the end of the grid cuts faces that way, whatever its opacities do.
+    // A surface at the end of the grid faces that way, whatever the opacities are.
     var gradient = inward_from_face(p);
     if dot(gradient, gradient) <= 0.0 {
         gradient = inward(p);
     }
     if dot(gradient, gradient) < 1e-8 {
-        // Where the opacity does not change.
+        // The opacity does not change here.
         return vec3(0.0, 0.0, 1.0);
     }
     let away = select(-gradient, gradient, dot(gradient, ray.direction) < 0.0);
-    // Gradients go the other way than points.
+    // Gradients transform the other way than points.
     let world = (transpose(volume.local_from_world) * vec4(away, 0.0)).xyz;
     return normalize((transpose(window.world_from_view) * vec4(world, 0.0)).xyz);
 }
@@ -89,7 +89,7 @@ fn find_surface(@builtin(global_invocation_id) id: vec3<u32>) {
     if all(pixel >= window.first) && all(pixel < window.end) {
         let place = vec2<f32>(pixel) + 0.5;
         var ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
-        // No farther than what was found.
+        // The ray ends at the surface found before.
         let nearer_mm = (unpack_surface(texel).depth - ray.near_depth) / ray.depth_per_mm;
         ray.end_mm = min(ray.end_mm, nearer_mm);
         let along_mm = surface_along(ray);

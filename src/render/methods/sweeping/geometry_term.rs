@@ -1,15 +1,15 @@
-//! The geometry term of an octant (equation 5): the cosine to a normal, where positive, integrated over the
-//! octant's directions. Exact: an octant is a spherical triangle, what of it lies above the surface a spherical
-//! polygon, and over such a one the cosine's integral is Lambert's sum over its edges.
+//! The geometry term of an octant (equation 5): the cosine to a normal, where positive, integrated over the octant's
+//! directions. It is exact. An octant is a spherical triangle, and its part above the surface is a spherical polygon.
+//! Over such a polygon the cosine's integral is Lambert's sum over its edges.
 
 use bevy::math::DVec3;
 
 use crate::volume::LookupTable;
 
-/// Normals along each side of the table, as in `octants.wgsl`. Odd, so that there are some in the planes between
-/// octants, where the term has its kinks.
+/// Number of normals along each side of the table, as in `octants.wgsl`. It is odd, so that some normals lie in the
+/// planes between octants, where the term has its kinks.
 pub(crate) const SIDE: usize = 63;
-/// The term of all octants for the normals of an octahedral map, as rows of the lookup table's texture.
+/// Terms of all octants for the normals of an octahedral map, as rows of the lookup table's texture.
 pub(crate) fn geometry_term_table() -> Vec<[f32; 4]> {
     let place = |k: usize| 2.0 * k as f64 / (SIDE - 1) as f64 - 1.0;
     let terms: Vec<_> = (0..LookupTable::ENTRIES)
@@ -19,7 +19,7 @@ pub(crate) fn geometry_term_table() -> Vec<[f32; 4]> {
     row(0).chain(row(4)).collect()
 }
 
-/// The normal at a place of the map, a square of [-1, 1]: the upper half of an octahedron, projected, and the
+/// Normal at a place of the map, a square of [-1, 1]. The map is the upper half of an octahedron, projected, and the
 /// lower half folded over its sides.
 fn octahedral(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - u.abs() - v.abs();
@@ -27,7 +27,7 @@ fn octahedral(u: f64, v: f64) -> DVec3 {
     if z < 0.0 { folded } else { DVec3::new(u, v, z) }.normalize()
 }
 
-/// The term of every octant for a normal of unit length; together pi.
+/// Terms of all octants for a normal of unit length. Their sum is pi.
 fn geometry_terms(normal: DVec3) -> [f64; 8] {
     core::array::from_fn(|octant| {
         let side = |axis: usize| if octant >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -49,7 +49,7 @@ fn geometry_terms(normal: DVec3) -> [f64; 8] {
             let sine = across.length();
             if sine > 0.0 { sine.atan2(a.dot(b)) * normal.dot(across) / sine } else { 0.0 }
         };
-        // Which way round depends on the octant.
+        // The polygon's orientation depends on the octant.
         0.5 * (0..polygon.len()).map(edge).sum::<f64>().abs()
     })
 }
@@ -95,7 +95,7 @@ mod tests {
         }
     }
 
-    /// As the shader finds it.
+    /// Terms as the shader finds them.
     fn interpolated(table: &[[f32; 4]], normal: DVec3) -> [f64; 8] {
         let n = normal / (normal.x.abs() + normal.y.abs() + normal.z.abs());
         let folded = |a: f64, b: f64| (1.0 - b.abs()).copysign(a);
@@ -123,8 +123,8 @@ mod tests {
         for normal in normals() {
             let found = interpolated(&table, normal);
             for (found, exact) in found.into_iter().zip(geometry_terms(normal)) {
-                // Normals are 2/62 apart. Where the map is folded the term has a kink across a cell, of slopes
-                // that differ by up to about 1: an eighth of that, which is a third of a byte when drawn.
+                // Normals are 2/62 apart. Where the map is folded the term has a kink across a cell. The slopes there
+                // differ by up to about 1. The error is an eighth of the spacing, a third of a byte when drawn.
                 assert!((found - exact).abs() < 2.0 / 62.0 / 8.0, "{normal}: {found}, {exact}");
             }
         }

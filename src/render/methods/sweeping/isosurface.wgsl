@@ -1,9 +1,9 @@
-// The first step of fast sweeping (Singh, Yuksel, House 2009, section 1.1): signed distances, mm, of voxels next
-// to the surface at an isovalue, inside below 0, and FAR of all others.
+// The first step of fast sweeping (Singh, Yuksel, House 2009, section 1.1): signed distances, mm, of voxels next to
+// the surface at an isovalue, negative inside. The distance of all other voxels is FAR.
 //
-// Along an edge of the grid the surface is where intensities cross the isovalue, linear between voxels. Where
-// it crosses edges along several axes, it is taken for the plane through the nearest crossing along each: that
-// is 1 / sqrt(1/x² + 1/y² + 1/z²) away. A thin remainder is on the surface, so that it is not lost.
+// Along an edge of the grid the surface lies where intensities, linear between voxels, cross the isovalue. Where it
+// crosses edges along several axes, it counts as the plane through the nearest crossing along each. The plane is
+// 1 / sqrt(1/x² + 1/y² + 1/z²) away. A thin remainder counts as on the surface, so that it is not lost.
 
 #import bevy_contextual_ao::{
     density::coverage_of,
@@ -14,9 +14,9 @@
 @group(1) @binding(5) var<storage, read_write> differences: array<f32>;
 @group(1) @binding(6) var<storage, read_write> signed_distances: array<f32>;
 
-// How far the intensity of every voxel is inside. What is clipped goes over to the same distance outside, so
-// that the surface of a cut is where half of a voxel is clipped. The lowest bit says whether it would be inside and
-// something of it is left.
+// Difference of every voxel's intensity from the isovalue, positive inside. Clipping moves it towards the same
+// difference outside. The surface of a cut thus lies where half of a voxel is clipped. The lowest bit is 1 if the
+// unclipped voxel is inside and a part of it is left.
 @compute @workgroup_size(4, 4, 4)
 fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
     if all(voxel < volume.dimensions) {
@@ -29,15 +29,15 @@ fn measure_differences(@builtin(global_invocation_id) voxel: vec3<u32>) {
     }
 }
 
-// Whether carvers left something of a voxel, less than half, and no more of any voxel around it. A flat cut goes
-// by none such: coverage is that of a box two voxels wide, whose far corner is a voxel's centre.
+// Whether carvers left a part of a voxel, less than half, and no more of any voxel around it. A flat cut leaves no
+// such voxel. Coverage is that of a box two voxels wide, whose far corner is a voxel's centre.
 fn is_remainder(voxel: vec3<u32>, here: f32) -> bool {
     if here > 0.0 || (bitcast<u32>(here) & 1u) == 0u {
         return false;
     }
     var most = 0.0;
     for (var k = 0u; k < 27u; k += 1u) {
-        // Below 0 it wraps round, to what is no voxel either.
+        // An index below 0 wraps round, and is outside the grid as well.
         let neighbor = voxel + vec3(k % 3u, (k / 3u) % 3u, k / 9u) - 1u;
         if all(neighbor < volume.dimensions) {
             most = max(most, differences[voxel_index(neighbor)]);
@@ -48,7 +48,7 @@ fn is_remainder(voxel: vec3<u32>, here: f32) -> bool {
 
 // Share of the way from a voxel to the nearer crossing along an axis; 2 if there is none.
 fn way_to_crossing(voxel: vec3<u32>, step: vec3<u32>, here: f32) -> f32 {
-    // Below 0 it wraps round, to what is no voxel either.
+    // An index below 0 wraps round, and is outside the grid as well.
     return min(way_to(voxel - step, here), way_to(voxel + step, here));
 }
 

@@ -1,8 +1,8 @@
-//! Fast occlusion sweeping (Singh, Yuksel, House 2009): light goes from voxel to voxel through the whole volume,
-//! in a sweep for each octant of directions, and a distance field is found by the way.
+//! Fast occlusion sweeping (Singh, Yuksel, House 2009). Light goes from voxel to voxel through the whole volume, in
+//! a sweep for each octant of directions. The same sweeps find a distance field.
 //!
-//! A sweep goes over tiles of 8x8x8 voxels. Those in a plane across the sweep's diagonal do not depend on each
-//! other: they are one dispatch, and the planes follow one another.
+//! A sweep goes over tiles of 8x8x8 voxels. Tiles in a plane across the sweep's diagonal do not depend on each other.
+//! Each plane is one dispatch, and the planes follow one another.
 
 mod geometry_term;
 mod passes;
@@ -55,7 +55,7 @@ impl Plugin for SweepingPlugin {
     }
 }
 
-/// The passes, and what of them is run.
+/// The passes, and whether they leave out the light.
 pub(super) struct Sweeping {
     passes: SweepPasses,
     distances_alone: bool,
@@ -95,7 +95,7 @@ impl VoxelMethod for Sweeping {
         } else {
             Computed::Nothing
         };
-        // Neither a surface at an isovalue nor what it occludes depends on the transfer function.
+        // A surface at an isovalue and its occlusion do not depend on the transfer function.
         let keeps_surface = kept.distances.is_some() && volume.step.changes_table_alone;
         if volume.has_changed() && !keeps_surface {
             kept.computed = Computed::Nothing;
@@ -115,9 +115,9 @@ impl VoxelMethod for Sweeping {
 }
 
 impl VolumeStore {
-    /// Of a volume swept by an isovalue ([`SweepingSurface`](crate::occlusion::SweepingSurface)): the signed distance
-    /// of every voxel from the surface, 32-bit floats, mm, x fastest; below 0 inside, 1e18 or -1e18 where
-    /// there is no surface; as if the grid's axes were perpendicular.
+    /// Signed distances of all voxels from the surface, for a volume swept by an isovalue
+    /// ([`SweepingSurface`](crate::occlusion::SweepingSurface)): 32-bit floats, mm, x fastest. They are below 0 inside,
+    /// 1e18 or -1e18 where there is no surface, and as if the grid's axes were perpendicular.
     pub fn signed_distances(&self, volume: Entity) -> Option<&Buffer> {
         self.kept::<SweepResources>(volume)?.distances.as_ref()
     }

@@ -1,24 +1,24 @@
-// Ambient occlusion from what each octant of directions sees (Singh, Yuksel, House: Fast Occlusion Sweeping,
-// 2009, equations 3 to 5): the sum of V_s G_s(N) over the octants, for the normal of a point. G_s, the cosine
-// integrated over an octant, is in a table behind the transfer function's (`geometry_term.rs`): normals on an
-// octahedron unfolded to a square, octants 0 to 3 in row 1, 4 to 7 in row 2.
+// Ambient occlusion from the visibility of each octant of directions (Singh, Yuksel, House: Fast Occlusion Sweeping,
+// 2009, equations 3 to 5): the sum of V_s G_s(N) over the octants, for the normal of a point. G_s is the cosine
+// integrated over an octant. Its table is behind that of the transfer function (`geometry_term.rs`). Normals are on an
+// octahedron unfolded to a square. Octants 0 to 3 are in row 1, octants 4 to 7 in row 2.
 
 #define_import_path bevy_contextual_ao::octants
 
 #import bevy_contextual_ao::volume_bindings::{lookup_table, volume}
 
 const PI: f32 = 3.14159265;
-// Normals along each side of the table.
+// Number of normals along each side of the table.
 const SIDE: u32 = 63u;
 
-// Of octants 0 to 3 and 4 to 7.
+// Values of octants 0 to 3, and of octants 4 to 7.
 struct Octants {
     low: vec4<f32>,
     high: vec4<f32>,
 }
 
-// Where the occlusion texture has the octants of a point (texture coordinates): 0 to 3 in its nearer half, 4 to 7
-// in the other. Filtering must not mix them.
+// Place of a point's octants in the occlusion texture (texture coordinates): 0 to 3 in the nearer half, 4 to 7 in
+// the farther half. Filtering must not mix the halves.
 fn low_octants_at(p: vec3<f32>) -> vec3<f32> {
     let margin = 0.5 / f32(volume.dimensions.z);
     return vec3(p.xy, 0.5 * clamp(p.z, margin, 1.0 - margin));
@@ -28,11 +28,11 @@ fn high_octants_at(p: vec3<f32>) -> vec3<f32> {
     return low_octants_at(p) + vec3(0.0, 0.0, 0.5);
 }
 
-// The share of the light that a point gets. `inward` points into its surface, volume space.
+// Share of the light that reaches a point. `inward` points into the surface, volume space.
 fn octants_factor(visible: Octants, inward: vec3<f32>) -> f32 {
     let local = volume.local_from_voxel;
     let axes = mat3x3<f32>(normalize(local[0].xyz), normalize(local[1].xyz), normalize(local[2].xyz));
-    // Octants are those of the grid's axes.
+    // Octants follow the grid's axes.
     let terms = geometry_terms(-(inward * axes));
     let low = terms.low + volume.both_sides * terms.high.wzyx;
     let high = terms.high + volume.both_sides * terms.low.wzyx;
@@ -41,7 +41,7 @@ fn octants_factor(visible: Octants, inward: vec3<f32>) -> f32 {
     return select(0.0, pow(share, volume.occlusion_power), share > 0.0);
 }
 
-// G_s of a normal of any length; where there is none, the mean of all normals.
+// G_s of a normal of any length. Without a normal it is the mean over all normals.
 fn geometry_terms(normal: vec3<f32>) -> Octants {
     let size = dot(abs(normal), vec3(1.0));
     if size < 1e-6 {
@@ -57,7 +57,7 @@ fn geometry_terms(normal: vec3<f32>) -> Octants {
     return Octants(table_at(1u, first, share), table_at(2u, first, share));
 }
 
-// Between the four normals around a place.
+// Interpolates between the four normals around a place.
 fn table_at(row: u32, first: u32, share: vec2<f32>) -> vec4<f32> {
     let a = textureLoad(lookup_table, vec2(first, row), 0);
     let b = textureLoad(lookup_table, vec2(first + 1u, row), 0);

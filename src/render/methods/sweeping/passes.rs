@@ -27,20 +27,20 @@ use crate::render::{
     volumes::{clip_pass::ClipPassUniform, layouts::bricks_layout, store::VolumeResources},
 };
 
-/// Which resources of a volume a pass binds, in group 1.
+/// Binding numbers of a volume's resources, in group 1 of the passes.
 const OPACITIES: u32 = 0;
 const CLIP_PASS: u32 = 2;
 const FACES: u32 = 4;
 const FOUND: u32 = 5;
 const DISTANCES: u32 = 6;
 const OCCLUSION: u32 = 7;
-// Uniforms behind that of the pass (5 in docs/drivers.md).
+// Uniforms are behind that of the clip pass (5 in docs/drivers.md).
 const SETTINGS: u32 = 8;
 const PLANE: u32 = 9;
 const SURFACE: u32 = 10;
 
 pub(crate) struct SweepPasses {
-    /// Intensities beyond the isovalue, then distances of voxels next to it.
+    /// Finds differences of intensities from the isovalue. The next pass finds distances of voxels next to the surface.
     measure_differences: ComputePass,
     initialize_distances: ComputePass,
     sweep_opacities: ComputePass,
@@ -125,9 +125,9 @@ pub(crate) struct SweepJob {
     isosurface: Option<[BindGroup; 2]>,
     what: Swept,
     sweep: BindGroup,
-    /// Offsets of planes and their workgroups.
+    /// Offsets of the planes' uniforms, and workgroups of the planes.
     dispatches: Vec<(u32, UVec2)>,
-    /// Whether what octants see is kept, or their mean.
+    /// Whether each octant's visibility is kept, not their mean.
     keeps_octants: bool,
     collect: BindGroup,
     surface: Option<BindGroup>,
@@ -155,7 +155,7 @@ impl SweepPasses {
         are_ready(passes, cache)
     }
 
-    /// `distances_alone` leaves out the light, if there are distances.
+    /// Binds the resources of a volume. `distances_alone` leaves out the light, if there are distances.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,

@@ -1,4 +1,4 @@
-//! In which order tiles are swept.
+//! Order in which tiles are swept.
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
@@ -7,20 +7,20 @@ use crate::occlusion::OcclusionSweeping;
 /// The tiles of one dispatch, as `Plane` in WGSL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
 pub(crate) struct SweepPlane {
-    /// Where the light comes from.
+    /// Octant from which the light comes.
     pub octant: u32,
-    /// Sum of the tiles' three indices, counted from where the sweep begins.
+    /// Sum of the tiles' three indices, counted from the beginning of the sweep.
     pub number: u32,
     /// The first two indices of the first workgroup's tile.
     pub first: UVec2,
 }
 
-/// Number of tiles along each axis, those at the edges counted whole.
+/// Number of tiles along each axis. Incomplete tiles at the edges count as whole.
 pub(crate) fn tile_counts(dimensions: UVec3) -> UVec3 {
     dimensions.map(|count| count.div_ceil(OcclusionSweeping::TILE))
 }
 
-/// The planes of one sweep in their order, each with as many workgroups as surround its tiles.
+/// Planes of one sweep, in order, each with the rectangle of workgroups that surrounds its tiles.
 pub(crate) fn planes(octant: u32, tiles: UVec3) -> impl Iterator<Item = (SweepPlane, UVec2)> {
     let last = tiles - 1;
     (0..=last.element_sum()).map(move |number| {

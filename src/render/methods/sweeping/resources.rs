@@ -1,4 +1,4 @@
-//! What sweeping keeps on the GPU for a volume, and its settings (`sweeping.wgsl`).
+//! Resources that sweeping keeps on the GPU for a volume, and its settings (`sweeping.wgsl`).
 
 use bevy::{
     prelude::*,
@@ -31,7 +31,7 @@ use crate::{
     volume::Rescale,
 };
 
-/// Of the texture by which a surface is drawn: filtered, and written by all devices.
+/// Format of the texture by which a surface is drawn. All devices filter and write it.
 pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
 /// The settings, as `Sweeping` in WGSL.
@@ -52,32 +52,32 @@ pub(crate) struct SweepingUniform {
 /// Buffers of one volume.
 pub(crate) struct SweepResources {
     pub uniform: UniformBuffer<SweepingUniform>,
-    /// Of all planes of all octants.
+    /// Uniforms of all planes of all octants.
     pub planes: DynamicUniformBuffer<SweepPlane>,
-    /// Where each of them is, and its workgroups; octant by octant.
+    /// Offset of each plane's uniform, and its workgroups, octant by octant.
     pub dispatches: Vec<(u32, UVec2)>,
     /// Light on its way from tile to tile: a number for every column along each axis.
     pub faces: Buffer,
-    /// What was found of every voxel: the octants' mean, or eight bytes. Before that, intensities beyond the
-    /// isovalue.
+    /// Visibility of every voxel: the octants' mean, or eight bytes. Before the sweeps, differences of intensities from
+    /// the isovalue.
     pub found: Buffer,
-    /// Signed distance of every voxel from the surface at the isovalue, mm, if that is what occludes.
+    /// Signed distance of every voxel from the surface at the isovalue, mm, if this surface occludes.
     pub distances: Option<Buffer>,
-    /// Its gradient and the distance (`surface.wgsl`), if views draw the surface alone.
+    /// Gradient of the distance, and the distance (`surface.wgsl`), if views draw the surface alone.
     pub surface: Option<TextureAndView>,
-    /// Whether what octants see is kept, or their mean.
+    /// Whether each octant's visibility is kept, not their mean.
     pub keeps_octants: bool,
     pub dimensions: UVec3,
-    /// What is done since the last change.
+    /// Results computed since the last change.
     pub computed: Computed,
 }
 
-/// What has been computed: each includes the one before.
+/// Results that have been computed. Each variant includes the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Computed {
     #[default]
     Nothing,
-    /// The distance field of a surface, where that is drawn.
+    /// Distance field of a surface that is drawn.
     Distances,
     Occlusion,
 }
@@ -101,7 +101,7 @@ impl MethodResources for SweepResources {
 }
 
 impl SweepResources {
-    /// Keeps what is there for a volume's settings, or makes it.
+    /// Keeps the resources that fit a volume's settings, or makes new ones.
     pub fn kept(kept: Option<Self>, volume: &KeptVolume, gpu: &Gpu) -> Self {
         let settings: OcclusionSweeping = volume.settings().copied().unwrap_or_default();
         let fits = |kept: &Self| {
@@ -158,7 +158,7 @@ impl SweepResources {
         }
     }
 
-    /// The dispatches of the sweeps from octants that bring light, or of all.
+    /// Dispatches of the sweeps from octants that bring light, or from all octants.
     pub fn sweeps(&self, all: bool) -> impl Iterator<Item = (u32, UVec2)> + '_ {
         let weights = self.uniform.get().weights;
         let octants = self.dispatches.chunks(self.dispatches.len() / 8).enumerate();
@@ -167,8 +167,8 @@ impl SweepResources {
     }
 }
 
-/// The settings as shaders read them. `stored` is how stored intensities become the file's units, and
-/// which of them the texture gives as 1.
+/// Settings as shaders read them. `rescale` converts stored intensities to the file's units. The texture gives
+/// `largest_stored` as 1.
 fn uniform(
     settings: &OcclusionSweeping,
     volume: &ExtractedVolume,
@@ -176,7 +176,7 @@ fn uniform(
 ) -> SweepingUniform {
     let spacing_mm = volume.geometry.spacing_mm;
     let step_mm = volume.occlusion.step_length_mm(&volume.geometry);
-    // Light takes as many steps along each axis: on average it crosses the mean of the spacings.
+    // Light takes equally many steps along each axis. On average a step crosses the mean of the spacings.
     let voxel_mm = spacing_mm.element_sum() / 3.0;
     let side = rescale.slope.signum();
     let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;

@@ -1,6 +1,6 @@
-// The distance field as view rays read it (Singh, Yuksel, House 2009, section 3: its gradient is the surface's
-// normal): of every voxel the unit gradient of the signed distance, volume space, and the distance, mm: in a
-// sheared grid the least that it can be, because sweeps take the axes for perpendicular.
+// The distance field as view rays read it: of every voxel the unit gradient of the signed distance, volume space, and
+// the distance, mm. The gradient is the surface's normal (Singh, Yuksel, House 2009, section 3). In a sheared grid the
+// distance is a lower bound, because sweeps take the axes for perpendicular.
 
 #import bevy_contextual_ao::{
     sweeping::sweeping,
@@ -10,10 +10,10 @@
 @group(1) @binding(6) var<storage, read> signed_distances: array<f32>;
 @group(1) @binding(10) var surface: texture_storage_3d<rgba16float, write>;
 
-// What 16 bits hold, mm.
+// Largest distance that is stored in 16 bits, mm.
 const FARTHEST: f32 = 6e4;
 
-// Beyond the grid it is that of the nearest voxel.
+// Beyond the grid the distance is that of the nearest voxel.
 fn distance_at(place: vec3<i32>) -> f32 {
     let voxel = clamp(place, vec3(0), vec3<i32>(volume.dimensions) - 1);
     return clamp(signed_distances[voxel_index(vec3<u32>(voxel))], -FARTHEST, FARTHEST);

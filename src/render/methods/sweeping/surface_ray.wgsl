@@ -1,7 +1,7 @@
-// Where a view ray meets an isosurface that is drawn alone: the first of its samples that lies inside and is not
-// clipped, then by halving the step before it. Where the distance field (Singh, Yuksel, House 2009, section 1.1)
-// has nothing around a sample, the ray leaps to the first one beyond (sphere tracing, Hart 1996). It only leaves
-// out samples: what they find is the intensities' and the carvers', not the field's.
+// Hit of a view ray on an isosurface that is drawn alone: the ray's first sample that lies inside and is not clipped.
+// Halving the step before it refines the hit. Rays leap over samples where the distance field (Singh, Yuksel, House
+// 2009, section 1.1) is empty (sphere tracing, Hart 1996). The field only leaves out samples: hits follow from the
+// intensities and the carvers, not from the field.
 
 #define_import_path bevy_contextual_ao::surface_ray
 
@@ -11,13 +11,13 @@
     volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
 }
 
-// Fast sweeping's distances are too long: around a point, which is the worst, by less than this share and a quarter
-// of a cell's diagonal.
+// Distances by fast sweeping are too long, most of all around a point. The true distance is more than this share of
+// them, less a quarter of a cell's diagonal.
 const DISTANCE_SHARE: f32 = 0.9;
 
 struct SurfaceHit {
     color: vec3<f32>,
-    // 1; 0 if nothing is hit.
+    // 1, or 0 if nothing is hit.
     alpha: f32,
     // Texture coordinates.
     p: vec3<f32>,
@@ -31,8 +31,8 @@ fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
 fn surface_hit(ray: ViewRay) -> SurfaceHit {
     // The last sample is where the ray ends.
     let count = select(0u, begin_march(ray).count + 1u, ray.begin_mm < ray.end_mm);
-    // A visible point that is inside has a voxel within a cell's diagonal that the field has on the surface or
-    // inside, or next to such a one: two diagonals, which is a brick's radius, and the quarter above.
+    // A visible point inside has a voxel within a cell's diagonal that is in or on the field's surface, or next to
+    // such a voxel. The margin covers two diagonals, a brick's radius, and the quarter above.
     let margin_mm = 1.25 * volume.brick_radius_mm;
     var i = 0u;
     while i < count {

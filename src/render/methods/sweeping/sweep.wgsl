@@ -1,15 +1,15 @@
-// A sweep of fast occlusion sweeping (Singh, Yuksel, House 2009) over the tiles of one plane: the visibility of
-// an octant of directions, V_s(P) = 1/3 sum of V_s τ of the three neighbours on its side (equation 6), and the
-// distance field from the same neighbours (equation 1).
+// A sweep of fast occlusion sweeping (Singh, Yuksel, House 2009) over the tiles of one plane. The visibility of an
+// octant of directions is V_s(P) = 1/3 sum of V_s τ of the three neighbours on the octant's side (equation 6). The
+// same neighbours give the distance field (equation 1).
 //
-// A workgroup has a tile of 8x8x8 voxels, an invocation a column of it. In every turn the voxels of a diagonal
-// are computed, whose neighbours were in the turn before: of those in other columns the last value is passed
-// through workgroup memory, of two turns in turn, so that a turn needs one barrier. Light that leaves a tile
-// is kept for the next in `faces`: a value for every column through the grid along each axis, overwritten by
-// every tile on the way.
+// A workgroup has a tile of 8x8x8 voxels, an invocation a column of the tile. Every turn computes the voxels of a
+// diagonal, whose neighbours were computed in the turn before. Workgroup memory passes on the last values of other
+// columns. It alternates between two turns, so that a turn needs one barrier. `faces` keeps the light that leaves a
+// tile for the next tile. It has a value for every column through the grid along each axis, overwritten by every
+// tile on the way.
 //
-// Tiles are those of the grid, whichever way it is swept: at its far ends they are incomplete, and what of
-// them lies outside is empty.
+// Tiles are the same for every direction of sweeping. At the grid's far ends they are incomplete, and their part
+// outside is empty.
 
 #import bevy_contextual_ao::{
     density::clipped_opacity,
@@ -18,21 +18,21 @@
 }
 
 struct Plane {
-    // Where the light comes from.
+    // Octant from which the light comes.
     octant: u32,
     // Sum of the tiles' indices in the order of the sweep.
     number: u32,
-    // The first two of the first workgroup.
+    // First two indices of the first workgroup's tile.
     first: vec2<u32>,
 }
 
 const TILE: u32 = 8u;
-// Diagonals of a tile.
+// Number of diagonals of a tile.
 const TURNS: u32 = 22u;
 const LANES: u32 = 64u;
 
 @group(1) @binding(9) var<uniform> bound_plane: Plane;
-// The same, where branches may depend on it (5 in docs/drivers.md).
+// Copy of the plane on which branches may depend (5 in docs/drivers.md).
 var<workgroup> plane: Plane;
 #ifdef LIGHT
 @group(1) @binding(4) var<storage, read_write> faces: array<f32>;
@@ -55,7 +55,7 @@ fn voxel_at(place: vec3<u32>) -> vec3<u32> {
 }
 
 #ifdef LIGHT
-// Where `faces` has the column along each axis through a voxel.
+// Indices in `faces` of the columns along each axis through a voxel.
 fn face_indices(place: vec3<u32>) -> vec3<u32> {
     let size = TILE * tile_counts();
     let x = size.y * place.z + place.y;
@@ -64,7 +64,7 @@ fn face_indices(place: vec3<u32>) -> vec3<u32> {
     return vec3(x, y, z);
 }
 
-// Adds what a voxel sees of the octant to what it sees of others.
+// Adds the visibility of the octant at a voxel to that of other octants.
 fn collect(index: u32, visibility: f32) {
     if sweeping.keeps_octants == 1u {
         let byte = u32(saturate(visibility) * 255.0 + 0.5);
@@ -77,7 +77,7 @@ fn collect(index: u32, visibility: f32) {
 #endif
 
 #ifdef DISTANCES
-// Distance from the surface so far, either side of it.
+// Distance from the surface found so far, on either side of it.
 fn distance_at(place: vec3<u32>) -> f32 {
     let voxel = voxel_at(place);
     var distance = FAR;
@@ -87,8 +87,8 @@ fn distance_at(place: vec3<u32>) -> f32 {
     return distance;
 }
 
-// Distance by those of the neighbours along the three axes: equation 1, for spacings that differ. The nearest
-// neighbours, as many as are nearer than the result d, satisfy the sum of ((d - a) / h)² = 1.
+// Distance from the distances a of the neighbours along the three axes: equation 1, for unequal spacings h. The result
+// d satisfies the sum of ((d - a) / h)² = 1 over the neighbours that are nearer than d.
 fn distance_beyond(neighbors: vec3<f32>) -> f32 {
     let h = sweeping.spacing_mm;
     var a = vec2(neighbors.x, h.x);
@@ -97,7 +97,7 @@ fn distance_beyond(neighbors: vec3<f32>) -> f32 {
     if b.x < a.x { let t = a; a = b; b = t; }
     if c.x < b.x { let t = b; b = c; c = t; }
     if b.x < a.x { let t = a; a = b; b = t; }
-    // Relative to the nearest.
+    // Distances relative to the nearest neighbour's.
     b.x -= a.x;
     c.x -= a.x;
     var sums = vec3(1.0 / (a.y * a.y), 0.0, -1.0);
@@ -113,14 +113,14 @@ fn distance_beyond(neighbors: vec3<f32>) -> f32 {
     return a.x + beyond;
 }
 
-// Of s.x t² - 2 s.y t + s.z = 0.
+// Larger root of s.x t² - 2 s.y t + s.z = 0.
 fn larger_root(s: vec3<f32>) -> f32 {
     return (s.y + sqrt(max(s.y * s.y - s.x * s.z, 0.0))) / s.x;
 }
 #endif
 
-// Share of the light that a voxel lets through. By distances it is equation 7, for the smallest spacing: what
-// sweeps find is farther than half of it, so that it is known from the beginning.
+// Share of the light that a voxel lets through. By distances the share is equation 7, for the smallest spacing. Sweeps
+// find only distances beyond half of this spacing, so that the share is known from the beginning.
 #ifdef DISTANCES
 fn transmittance(voxel: vec3<u32>) -> f32 {
     let opaque = 1.0 - saturate(signed_distances[voxel_index(voxel)] / sweeping.smallest_spacing_mm + 0.5);
@@ -144,17 +144,17 @@ fn sweep(
     }
     workgroupBarrier();
     let tile = plane.first + group.xy;
-    // Below 0 it wraps round.
+    // A layer below 0 wraps round.
     let layer = plane.number - tile.x - tile.y;
     let origin = TILE * vec3(tile, layer);
-    // What the voxel before in the column passed on.
+    // Light and distance that the previous voxel in the column passed on.
     var light_along = 1.0;
     var near_along = FAR;
     for (var turn = 0u; turn < TURNS; turn += 1u) {
         let here = LANES * (turn & 1u) + lane;
         let before = LANES - LANES * (turn & 1u) + lane;
         let local = vec3(column.xy, turn - column.x - column.y);
-        // Workgroups without a tile go through the turns all the same.
+        // Workgroups without a tile go through the turns, too.
         if local.z < TILE && layer < tile_counts().z {
             let place = origin + local;
             let voxel = voxel_at(place);
