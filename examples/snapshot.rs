@@ -33,10 +33,9 @@ fn main() -> Result<(), String> {
     });
     let scene = options.scene.spawn(&mut headless)?;
     let world = headless.app.world_mut();
-    if let Some(mut occlusion) = world.get_mut::<AmbientOcclusion>(scene.volume) {
-        if let Some(rays) = occlusion.method.rays_mut() {
-            rays.pattern = options.pattern;
-        }
+    let mut occlusion = world.get_mut::<AmbientOcclusion>(scene.volume);
+    if let Some(rays) = occlusion.as_mut().and_then(|occlusion| occlusion.method.rays_mut()) {
+        rays.pattern = options.pattern;
     }
     headless.set_mode(scene.volume, options.mode);
     headless.until_ready(scene.volume)?;

@@ -1,4 +1,4 @@
-//! All that puts a volume into a scene, in one bundle.
+//! The bundle that puts a volume into a scene.
 
 use bevy::prelude::*;
 
@@ -7,27 +7,27 @@ use crate::{
     volume::{TransferFunction, Volume, Volume3d, VolumeTransferFunction},
 };
 
-/// Everything a volume needs, with defaults for all but the file.
+/// Components of a volume, with defaults for all but its file.
 ///
 /// The camera needs a near plane of about a thousandth of the volume's size:
 /// `PerspectiveProjection { near: 0.001, ..default() }` for a head. Bevy's default of 0.1 world units is 0.1 m
-/// here, and a camera that comes closer than that slices the volume open.
+/// here. A camera that comes closer than that slices the volume open.
 #[derive(Bundle, Clone, Debug)]
 pub struct VolumeBundle {
     /// The volume.
     pub volume: Volume3d,
     /// Its transfer function.
     pub transfer_function: VolumeTransferFunction,
-    /// How its occlusion is computed.
+    /// Its occlusion method and settings.
     pub occlusion: AmbientOcclusion,
-    /// How it is drawn.
+    /// Its shading settings.
     pub shading: VolumeShading,
-    /// Where it is in the world.
+    /// Its place in the world.
     pub transform: Transform,
 }
 
 impl VolumeBundle {
-    /// A volume with default settings, in the world's origin, at 1 world unit per metre.
+    /// Makes a volume with default settings at the world's origin, at 1 world unit per metre.
     pub fn new(volume: Handle<Volume>) -> Self {
         Self {
             volume: Volume3d(volume),

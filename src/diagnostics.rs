@@ -1,7 +1,7 @@
-//! What a user can read about the work done: names of the passes' timings and work counters.
+//! Names of the passes' timings and of the work counters, for users to read.
 //!
-//! Timings need Bevy's `RenderDiagnosticsPlugin`; they appear in the `DiagnosticsStore` as
-//! milliseconds, under the paths given here. Passes of an occlusion method have their names with its settings, such as
+//! Timings need Bevy's `RenderDiagnosticsPlugin`. They appear in the `DiagnosticsStore` in milliseconds, under the
+//! paths given here. An occlusion method's settings name its passes, such as
 //! [`OcclusionSweeping::SPAN`](crate::occlusion::OcclusionSweeping::SPAN).
 
 use bevy::{
@@ -20,17 +20,13 @@ pub const SPAN_DEPTH: &str = "contextual_ao/clip_depth";
 pub const SPAN_DILATE: &str = "contextual_ao/dilate";
 /// Finding the range of intensities in the bricks of a new volume.
 pub const SPAN_RANGES: &str = "contextual_ao/ranges";
-/// Finding the bricks that carvers that changed can affect (step IV).
+/// Finding the bricks that changed carvers can affect (step IV).
 pub const SPAN_CULL: &str = "contextual_ao/cull";
-/// Clipping their voxels, and finding those whose occlusion is stale (step IV).
+/// Clipping the voxels of the affected bricks, and finding voxels whose occlusion is stale (step IV).
 pub const SPAN_CLIP: &str = "contextual_ao/clip";
-/// Finding out how far rays may leap.
+/// Computing the distances that rays may leap.
 pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
-/// Finding the voxels that views will read.
-pub const SPAN_MARK: &str = "contextual_ao/mark";
-/// Casting the rays of those that are not up to date (step V).
-pub const SPAN_RAY_CAST: &str = "contextual_ao/ray_cast";
-/// Bevy's span in which volumes are drawn, with everything else that is transparent.
+/// Bevy's span for drawing volumes and all other transparent objects.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
 /// Names of the work counters: low and high 32 bits of voxels cast, of samples taken, of distances read.
@@ -43,20 +39,20 @@ pub(crate) const COUNTERS: [&str; 6] = [
     "contextual_ao/distances_high",
 ];
 
-/// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down. A device without queries of
-/// time or statistics counts nothing, with a warning.
+/// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down. A device without timestamp or
+/// statistics queries counts nothing and logs a warning.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct CountWork(pub bool);
 
-/// What the ray cast did in one frame.
+/// Work of the ray cast in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Voxels whose occlusion was cast.
+    /// Voxels whose rays were cast.
     pub voxels: u64,
-    /// Opacity samples taken for them.
+    /// Opacity samples taken for these voxels.
     pub samples: u64,
-    /// Distances looked up to leap over what is empty.
+    /// Distances looked up to leap over empty space.
     pub distances: u64,
 }
 
@@ -74,20 +70,20 @@ pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
     })
 }
 
-/// The latest time on the GPU of a span, milliseconds.
+/// The latest GPU time of a span, milliseconds.
 pub fn latest_gpu_ms(diagnostics: &DiagnosticsStore, span: &str) -> Option<f64> {
     let path = DiagnosticPath::from_components(["render", span, "elapsed_gpu"]);
     diagnostics.get(&path)?.measurement().map(|m| m.value)
 }
 
-/// What the plugin holds on the GPU, as of the last frame.
+/// Resources that the plugin holds on the GPU, as of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GpuUsage {
-    /// Textures alive.
+    /// Number of live textures.
     pub textures: u32,
-    /// Buffers alive whose size depends on volumes.
+    /// Number of live buffers whose size depends on volumes.
     pub buffers: u32,
-    /// Bytes in both, as the textures' formats count.
+    /// Bytes of both, textures counted by their formats.
     pub bytes: u64,
 }
 
@@ -103,14 +99,14 @@ impl core::ops::Add for GpuUsage {
     }
 }
 
-/// What the render world reports to the main world.
+/// Report of the render world to the main world.
 #[derive(Default)]
 pub(crate) struct Report {
-    /// Volumes that are seen, and whether their occlusion is ready.
+    /// Placed volumes, and whether their occlusion is ready.
     pub ready: Vec<(Entity, bool)>,
     pub usage: GpuUsage,
     pub passes: PassLog,
-    /// Layers that the carvers' meshes need in all.
+    /// Layers that all carvers get together.
     pub layers_wanted: u32,
     /// Carvers whose meshes have more layers than they get.
     pub cut_off: Vec<ClipMeshCutOff>,
@@ -118,13 +114,13 @@ pub(crate) struct Report {
 
 /// Times every pass by the clock while `true`, waiting for the GPU after each.
 ///
-/// It slows frames down, and is for drivers whose timestamps say nothing about compute passes
-/// (Mesa's software driver) or that have none.
+/// Waiting slows frames down. It is meant for drivers without timestamps, and for drivers whose timestamps say nothing
+/// about compute passes (Mesa's software driver).
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct TimePassesByClock(pub bool);
 
-/// Which passes ran since the start, in the order in which they first ran; a frame at rest adds nothing.
+/// Passes that ran since the start, in the order of their first run. A frame at rest adds nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PassLog(Vec<PassRuns>);
 
@@ -149,17 +145,17 @@ impl PassLog {
         self.0.iter().map(|runs| runs.span)
     }
 
-    /// How many carvers, volumes or views a pass has been run for since the start, by its name.
+    /// Number of carvers, volumes or views that the pass named `span` ran for since the start.
     pub fn jobs(&self, span: &str) -> u64 {
         self.runs(span).map_or(0, |runs| runs.jobs)
     }
 
-    /// Milliseconds that the pass took when it last ran, if timed by the clock.
+    /// Milliseconds of the pass's last run, if timed by the clock.
     pub fn clock_ms(&self, span: &str) -> Option<f64> {
         self.runs(span)?.clock_ms
     }
 
-    /// Passes run since the start, of any kind.
+    /// Number of jobs of all passes since the start.
     pub fn total_jobs(&self) -> u64 {
         self.0.iter().map(|runs| runs.jobs).sum()
     }
@@ -173,12 +169,12 @@ impl PassLog {
 #[derive(Resource, Clone, Default)]
 pub(crate) struct ReportChannel(pub Arc<Mutex<Report>>);
 
-/// What the renderer did and holds.
+/// Work done and resources held by the renderer.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct RenderStatus {
-    /// What is allocated.
+    /// Resources on the GPU.
     pub usage: GpuUsage,
-    /// What has run.
+    /// Passes that ran.
     pub passes: PassLog,
     /// Layers of the depth maps of all carvers together.
     pub clip_layers: u32,

@@ -1,5 +1,6 @@
-//! Volumes (CT, MRI) in [Bevy](https://bevy.org) that are carved by hand and shaded with exactly
-//! the ambient occlusion that a full recomputation would give, in the same frame.
+//! Volumes (CT, MRI) in [Bevy](https://bevy.org), carved by hand and shaded with ambient occlusion.
+//!
+//! The occlusion is exactly equal to a full recomputation, in the same frame.
 //!
 //! Add [`ContextualAoPlugin`], spawn a [`VolumeBundle`] and a mesh with
 //! [`ClipMesh`](clip::ClipMesh), and move the mesh:
@@ -11,7 +12,7 @@
 //! App::new()
 //!     .add_plugins((DefaultPlugins, ContextualAoPlugin))
 //!     .add_systems(Startup, |mut commands: Commands, assets: Res<AssetServer>, mut meshes: ResMut<Assets<Mesh>>| {
-//!         // By default a camera sees nothing nearer than 0.1 m, and slices open what it comes close to.
+//!         // By default a camera sees nothing nearer than 0.1 m, and slices close objects open.
 //!         let near = Projection::Perspective(PerspectiveProjection { near: 0.001, ..default() });
 //!         let view = Transform::from_xyz(0.0, 0.0, 0.6).looking_at(Vec3::ZERO, Vec3::Y);
 //!         commands.spawn((Camera3d::default(), near, view));
@@ -21,11 +22,12 @@
 //!     .run();
 //! ```
 //!
-//! The method is *Contextual Ambient Occlusion* (Titov, Kersten-Oertel, Drouin: Computers &
-//! Graphics 2024, doi:10.1016/j.cag.2024.01.011). Data flows one way through the modules:
-//! [`volume`], [`clip`] and [`occlusion`] say what is shown, what cuts it and how it is shaded;
-//! `render` extracts that and runs the passes; [`material`] draws. [`diagnostics`] tells what was
-//! done.
+//! The method is *Contextual Ambient Occlusion* (Titov, Kersten-Oertel, Drouin: Computers & Graphics 2024,
+//! doi:10.1016/j.cag.2024.01.011).
+//!
+//! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
+//! the shading. `render` extracts these descriptions and runs the passes. [`material`] draws the volumes.
+//! [`diagnostics`] reports the work done.
 
 #![cfg_attr(
     not(all(
@@ -50,7 +52,7 @@ pub mod volume;
 pub use bundle::VolumeBundle;
 pub use plugin::ContextualAoPlugin;
 
-/// What most apps need.
+/// Items that most apps need.
 pub mod prelude {
     #[cfg(feature = "other_methods")]
     pub use crate::occlusion::{

@@ -1,4 +1,4 @@
-//! The plugin: everything together.
+//! The plugin that adds all parts to an app.
 
 use bevy::{
     prelude::*,
@@ -20,8 +20,8 @@ use crate::{
 
 /// Shows volumes and lets meshes carve them. Add it after Bevy's `DefaultPlugins`.
 ///
-/// On a device without compute shaders (or without a renderer at all) it warns once; assets still
-/// load, volumes are not drawn, the rest of the app is unharmed.
+/// Without compute shaders, or without a renderer, the plugin warns once. Assets still load, but volumes
+/// are not drawn. The rest of the app is unharmed.
 #[derive(Default)]
 pub struct ContextualAoPlugin;
 
@@ -40,7 +40,7 @@ impl Plugin for ContextualAoPlugin {
         app.add_plugins((OcclusionRenderPlugin, VolumeMaterialPlugin));
     }
 
-    // The device is there only now.
+    // The graphics device does not exist before.
     fn finish(&self, app: &mut App) {
         let Some(device) = app.world().get_resource::<RenderDevice>() else {
             return;
@@ -60,7 +60,7 @@ impl Plugin for ContextualAoPlugin {
     }
 }
 
-/// What the passes need of a device, beyond what drawing in Bevy needs.
+/// Checks the limits that the passes need and that drawing in Bevy does not.
 fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     let needed = [
         ("compute workgroups of 64 invocations", limits.max_compute_invocations_per_workgroup, 64),
@@ -74,7 +74,7 @@ fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     }
 }
 
-/// Takes over what the render world reports, and tells volumes that became complete and carvers
+/// Receives the render world's report. Triggers events on volumes that became complete and on carvers
 /// whose meshes are cut off.
 fn receive_report(
     mut commands: Commands,

@@ -1,4 +1,4 @@
-//! What must hold whatever a file contains, for the fuzz targets.
+//! Properties that must hold for any file, for the fuzz targets.
 
 pub mod volume;
 
@@ -17,20 +17,20 @@ use volume::{
     },
 };
 
-/// What separates a header from its data file in the input of a fuzz target, which is one file.
+/// Separator between a header and its data file in the input of a fuzz target, which is one file.
 pub const DATA_FILE: &[u8] = b"\n<data file>\n";
 
-/// Memory that does not depend on the file: a decompressor's state and what is read from it at once.
+/// Memory that does not depend on the file: a decompressor's state and the bytes that it reads at once.
 const FIXED_BYTES: u64 = 1 << 18;
-/// Memory per byte of a header or a transfer function. The worst of texts are many tiny words: of two
-/// bytes each in a `.vp`, or `=` and a line's end in MetaImage, which become two strings' 48 bytes in a
-/// list that may just have doubled its capacity.
+/// Memory per byte of a header or a transfer function. The worst texts are many tiny words. In a `.vp` such words
+/// have two bytes each. In MetaImage they are `=` and a line's end, which become two strings' 48 bytes. The list of
+/// strings may just have doubled its capacity.
 const PER_TEXT_BYTE: u64 = 64;
-/// Memory per byte of voxels. At most twice the voxels are kept where they are the last of a stream, in a
-/// list that may just have doubled its capacity; next to it lie up to sixteen bits per voxel.
+/// Memory per byte of voxels. A list keeps at most twice the voxels at the end of a stream: it may just have doubled
+/// its capacity. Next to the list lie up to sixteen bits per voxel.
 const PER_DATA_BYTE: u64 = 6;
 
-/// Checks the reader of a header called `name` on bytes that are its file, or it and its data file.
+/// Checks the reader of a header called `name`. `bytes` are the header's file, or that file and its data file.
 pub fn check_volume(name: &str, bytes: &[u8]) {
     let separator = bytes.windows(DATA_FILE.len()).position(|window| window == DATA_FILE);
     let (header_file, data_file) = match separator {
@@ -57,7 +57,7 @@ pub fn check_volume(name: &str, bytes: &[u8]) {
     check_read_volume(&header, &volume);
 }
 
-/// Reads a header; of several volumes the last is chosen.
+/// Reads a header; of several volumes it chooses the last.
 fn parse(format: Format, file: &[u8]) -> Result<GridHeader, VolumeError> {
     let mut settings = VolumeReadSettings::default();
     match format.parse(file, &settings) {
@@ -69,11 +69,11 @@ fn parse(format: Format, file: &[u8]) -> Result<GridHeader, VolumeError> {
     }
 }
 
-/// Bytes of voxels that there can be in `data`, whatever its header claims.
+/// Bytes of voxels that `data` can hold, whatever its header claims.
 fn data_there(header: &GridHeader, data: &[u8]) -> u64 {
     let expansion = match header.encoding {
         Encoding::Raw => 1,
-        // Eight bytes of a number, from a digit and a space.
+        // A digit and a space become the eight bytes of a number.
         Encoding::Ascii => 4,
         // Deflate's limit.
         Encoding::RawOrGzip | Encoding::Gzip | Encoding::Zlib => 1032,
@@ -81,7 +81,7 @@ fn data_there(header: &GridHeader, data: &[u8]) -> u64 {
     header.data_bytes().min(expansion * data.len() as u64)
 }
 
-/// What was read, if it was; else its error, whatever it cites, is of a readable length.
+/// The result, if it was read. Otherwise the error must be of a readable length, whatever it cites.
 fn checked<T>(result: Result<T, VolumeError>) -> Option<T> {
     result.map_err(|error| assert!(error.to_string().len() < 4096, "{error}")).ok()
 }
@@ -119,7 +119,7 @@ pub fn check_transfer_function(
     assert_eq!(TransferFunction::from_ron(&written).expect("and read again"), function);
 }
 
-/// Colours and opacities are shares: at every control point, over a range and beyond it.
+/// Checks that colours and opacities are shares: at every control point, over a range and beyond it.
 fn check_samples(function: &TransferFunction, range: [f64; 2]) {
     let values = function.points.iter().map(|point| point.value);
     let samples = values.chain([f32::MIN, f32::MAX]).map(|value| function.sample(value));

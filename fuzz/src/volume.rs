@@ -1,4 +1,4 @@
-//! The readers' sources, as the plugin's own `volume` module has them.
+//! The readers' sources, with the same modules as the plugin's own `volume` module.
 
 #[path = "../../src/volume/asset.rs"]
 pub(crate) mod asset;

@@ -28,9 +28,7 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_contextual_ao::{
-    diagnostics::{
-        CountWork, RenderStatus, SPAN_RAY_CAST, TimePassesByClock, Work, latest_gpu_ms, latest_work,
-    },
+    diagnostics::{CountWork, RenderStatus, TimePassesByClock, Work, latest_gpu_ms, latest_work},
     prelude::*,
     render::{VolumeStore, VolumeTexture, VoxelMask},
 };
@@ -266,7 +264,7 @@ impl Headless {
         world.insert_resource(CountWork(true));
         let mode = self.mode(volume);
         let world = self.app.world_mut();
-        let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(SPAN_RAY_CAST);
+        let status = |world: &World| world.resource::<RenderStatus>().passes.jobs(OcclusionRays::SPAN_CAST);
         let before = status(world);
         self.frame();
         // The counts arrive a few frames later. Nothing may be computed meanwhile.

@@ -2,10 +2,11 @@
 
 use bevy_contextual_ao::{
     diagnostics::{
-        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARK,
-        SPAN_RANGES, SPAN_RAY_CAST,
+        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_DRAW, SPAN_RANGES,
     },
-    occlusion::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion},
+    occlusion::{
+        DirectOcclusion, OcclusionFiltering, OcclusionRays, OcclusionSweeping, ScreenSpaceOcclusion,
+    },
 };
 use serde_json::{Value, json};
 
@@ -18,8 +19,8 @@ pub const SPANS: [&str; 13] = [
     SPAN_CULL,
     SPAN_CLIP,
     SPAN_DISTANCES,
-    SPAN_MARK,
-    SPAN_RAY_CAST,
+    OcclusionRays::SPAN_MARK,
+    OcclusionRays::SPAN_CAST,
     OcclusionSweeping::SPAN,
     OcclusionFiltering::SPAN,
     ScreenSpaceOcclusion::SPAN,
@@ -48,7 +49,8 @@ impl FrameTimes {
 
     /// Time of clipping and casting: steps IV and V.
     pub fn clip_and_cast(&self) -> f64 {
-        let steps = [SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];
+        let steps =
+            [SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, OcclusionRays::SPAN_MARK, OcclusionRays::SPAN_CAST];
         steps.iter().map(|span| self.of(span)).sum()
     }
 
@@ -69,8 +71,8 @@ impl FrameTimes {
             "ms_cull": self.of(SPAN_CULL),
             "ms_clip": self.of(SPAN_CLIP),
             "ms_distances": self.of(SPAN_DISTANCES),
-            "ms_mark": self.of(SPAN_MARK),
-            "ms_cast": self.of(SPAN_RAY_CAST),
+            "ms_mark": self.of(OcclusionRays::SPAN_MARK),
+            "ms_cast": self.of(OcclusionRays::SPAN_CAST),
             "ms_draw": self.draw,
             "ms_clip_and_cast": self.clip_and_cast(),
         })

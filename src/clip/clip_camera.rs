@@ -12,31 +12,32 @@ use super::{ClipMesh, ClipMeshFailed, pose::PosedMesh};
 
 /// The clip camera of a [`ClipMesh`], inserted and kept up to date by the plugin.
 ///
-/// It is fixed to the mesh (paper, section 3.2): it changes with the mesh's vertices, never with
-/// the pose, so moving a carver re-renders nothing.
+/// The camera is fixed to the mesh (paper, section 3.2). It changes with the mesh's vertices, never with the
+/// pose, so moving a carver re-renders no maps.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct ClipCamera {
-    /// The view from which the depth maps are rendered; `None` where the mesh has nothing to show.
+    /// View from which the depth maps are rendered; `None` if the mesh cannot be rendered.
     pub frame: Option<ClipFrame>,
-    /// The mesh that it looks at: the entity's own, or a deformed copy of it.
+    /// Mesh in view: the entity's own mesh, or a deformed copy of it.
     pub mesh: AssetId<Mesh>,
-    /// Counts changes of the mesh; the depth maps are rendered anew when it moves on.
+    /// Number of changes of the mesh. Each change renders the depth maps again.
     pub revision: u32,
 }
 
-/// An axis-aligned orthographic view of a mesh: maps the mesh's local space to *clip map space*,
-/// where x and y in [0, 1] address the depth map (y down) and z in [0, 1] is the depth.
+/// An axis-aligned orthographic view of a mesh: maps the mesh's local space to *clip map space*.
 ///
-/// The view looks along the shortest side of the mesh's bounding box. That is where a flat, hollow
-/// shape (a ring, a torus) hides least of itself, so nearest and farthest surface describe it.
+/// In clip map space, x and y in [0, 1] address the depth map (y down). The depth is z in [0, 1].
+///
+/// The view looks along the shortest side of the mesh's bounding box. Along this side, a flat, hollow
+/// shape (a ring, a torus) hides the least of itself. So its nearest and farthest surfaces describe it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipFrame {
     linear: Mat3,
     translation: Vec3,
 }
 
-/// Share of the extent that is left free on each side, so that no surface falls on the border
-/// texels or on the depth limits: one texel of a 512 map.
+/// Share of the extent that is left free on each side: one texel of a 512 map. It keeps surfaces off the border texels
+/// and the depth limits.
 const MARGIN: f32 = 1.0 / 512.0;
 
 impl ClipFrame {
@@ -67,9 +68,10 @@ impl ClipFrame {
         Affine3A::from_mat3_translation(self.linear, self.translation)
     }
 
-    /// Half axes, in clip map space, of an axis-aligned ellipsoid that contains the ball of
-    /// `reach` world units around any point, for a carver whose local space is mapped to the world
-    /// by `world_from_local`. Exact unless the carver is sheared; then the ellipsoid is larger.
+    /// Half axes, in clip map space, of an axis-aligned ellipsoid that contains a ball of `reach` world units.
+    ///
+    /// `world_from_local` maps the carver's local space to the world. The ellipsoid is exact unless the carver is
+    /// sheared; then it is larger.
     ///
     /// `None` if the carver is collapsed (a zero or non-finite scale).
     pub fn reach_radii(&self, world_from_local: Mat3, reach: f32) -> Option<Vec3> {
@@ -80,8 +82,8 @@ impl ClipFrame {
         if !diagonal.is_finite() || diagonal.min_element() <= 1e-18 {
             return None;
         }
-        // With unit diagonal, smallest eigenvalue * identity <= gram, so the ellipsoid of the
-        // scaled identity contains the one of the gram matrix.
+        // With unit diagonal, smallest eigenvalue * identity <= gram. So the ellipsoid of the scaled identity
+        // contains the ellipsoid of the gram matrix.
         let scale = diagonal.map(f64::sqrt);
         let unit = DMat3::from_diagonal(scale.recip()) * gram * DMat3::from_diagonal(scale.recip());
         let smallest = smallest_eigenvalue(unit);
@@ -125,7 +127,7 @@ impl DilationFrame {
     }
 }
 
-/// Gives every clip mesh its camera, and a new one when the mesh, or its vertices, change.
+/// Gives every carver a clip camera, and a new clip camera when its mesh or vertices change.
 pub(super) fn update_clip_cameras(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Mesh>>,
@@ -157,7 +159,7 @@ pub(super) fn update_clip_cameras(
     }
 }
 
-/// The view of a mesh, or why there is nothing to see.
+/// The view of a mesh, or the reason why it cannot carve.
 fn frame_of(mesh: &Mesh) -> Result<ClipFrame, &'static str> {
     if !matches!(
         mesh.primitive_topology(),
@@ -174,7 +176,7 @@ fn frame_of(mesh: &Mesh) -> Result<ClipFrame, &'static str> {
     ClipFrame::around(aabb.center.into(), aabb.half_extents.into()).ok_or("it has no extent")
 }
 
-/// Takes the camera from entities that stopped being a clip mesh.
+/// Removes the clip camera from entities that are no longer carvers.
 pub(super) fn remove_clip_cameras(
     mut commands: Commands,
     orphans: Query<Entity, (With<ClipCamera>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,

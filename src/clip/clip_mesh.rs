@@ -5,24 +5,24 @@ use bevy::{
     prelude::*,
 };
 
-/// The most carvers that can act at once: those that were spawned first. The others are told by
-/// [`ClipMeshCutOff`].
+/// Largest number of carvers that can act at once: the carvers spawned first. The others get a
+/// [`ClipMeshCutOff`] event.
 pub const MAX_CARVERS: usize = 128;
 
 /// Makes the closed mesh of this entity ([`Mesh3d`]) cut volumes.
 ///
-/// The mesh needs no material; with one it is drawn as well. Everything else (clip camera, depth
-/// and dilation maps) appears by itself and goes away with the component. Moving and rotating the
-/// entity re-renders nothing. The mesh carves whether or not its [`Visibility`] shows it.
+/// The mesh needs no material; with a material it is drawn as well. The clip camera, depth maps and dilation
+/// maps appear by themselves and go away with the component. Moving and rotating the entity re-renders no
+/// maps. A mesh that its [`Visibility`] hides carves as well.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility)]
 pub struct ClipMesh {
-    /// Whether the mesh carves at all. Its maps stay while it does not.
+    /// Whether the mesh carves. An inactive mesh keeps its maps.
     pub is_active: bool,
-    /// What becomes of the part of the volume inside the mesh.
+    /// Operation on the part of the volume inside the mesh.
     pub operation: ClipOperation,
-    /// Which volumes the mesh carves.
+    /// Volumes that the mesh carves.
     #[entities]
     pub targets: ClipTargets,
 }
@@ -34,7 +34,7 @@ impl Default for ClipMesh {
 }
 
 impl ClipMesh {
-    /// A carver that keeps what is inside the mesh and removes everything else (volume probing).
+    /// Makes a carver that keeps the part inside the mesh and removes the part outside (volume probing).
     pub fn intersect() -> Self {
         Self { operation: ClipOperation::Intersect, ..default() }
     }
@@ -49,15 +49,15 @@ impl ClipMesh {
     }
 }
 
-/// What a carver does with the part of the volume inside its mesh.
+/// Operation of a carver on the part of the volume inside its mesh.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]
 pub enum ClipOperation {
-    /// Removes what is inside the mesh.
+    /// Removes the part inside the mesh.
     #[default]
     Subtract,
-    /// Keeps what is inside the mesh, removes what is outside (volume probing).
+    /// Keeps the part inside the mesh and removes the part outside (volume probing).
     Intersect,
 }
 
@@ -66,10 +66,10 @@ pub enum ClipOperation {
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ClipTargets {
-    /// Every volume, also those spawned later.
+    /// Every volume, including volumes spawned later.
     #[default]
     All,
-    /// Only the volumes on these entities. They are mapped with their scene.
+    /// Only the volumes on these entities. The entities are mapped with their scene.
     Only(Vec<Entity>),
 }
 
@@ -81,44 +81,46 @@ impl MapEntities for ClipTargets {
     }
 }
 
-/// Triggered on a [`ClipMesh`] entity whose mesh cannot carve, or cannot follow its pose and carves as
-/// it is, with the reason.
+/// Triggered on a [`ClipMesh`] entity whose mesh cannot carve, or cannot follow its pose.
+///
+/// A mesh that cannot follow its pose carves undeformed.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct ClipMeshFailed {
     /// The carver.
     pub entity: Entity,
-    /// Why it cannot.
+    /// Reason of the failure.
     pub reason: String,
 }
 
-/// Triggered on a [`ClipMesh`] entity whose mesh has more layers than
-/// [`ClipSettings::max_layers`](super::ClipSettings::max_layers) allows: seen from its clip camera,
-/// more pieces lie behind one another. What is behind the last but one layer is carved from its
-/// nearest to its farthest surface. Or one that carves nothing, because there are [`MAX_CARVERS`] before it or
-/// [`VolumeBudget`](crate::volume::VolumeBudget) has no room for it.
+/// Triggered on a [`ClipMesh`] entity that gets fewer layers than its mesh has.
+///
+/// Seen from its clip camera, the mesh has more pieces behind one another than
+/// [`ClipSettings::max_layers`](super::ClipSettings::max_layers) allows. Its last layer then reaches from the layer's
+/// nearest surface to the mesh's farthest surface. A carver that gets no layer carves nothing: [`MAX_CARVERS`] were
+/// spawned before it, or [`VolumeBudget`](crate::volume::VolumeBudget) has no room for it.
 #[derive(EntityEvent, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClipMeshCutOff {
     /// The carver.
     pub entity: Entity,
     /// Its mesh.
     pub mesh: AssetId<Mesh>,
-    /// Layers that it has, as far as they have been counted.
+    /// Layers of the mesh, as far as they have been counted.
     pub has_layers: u32,
-    /// Layers that it gets; with 0 it carves nothing.
+    /// Layers that the carver gets; with 0 it carves nothing.
     pub gets_layers: u32,
 }
 
-/// The place of a carver in the order in which carvers were spawned, lowest first. Entities have no such order.
+/// Place of a carver in the order of spawning, lowest first. Entity ids have no such order.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct SpawnOrder(u64);
 
-/// Numbers carvers when they come.
+/// Numbers carvers as they are spawned.
 pub(super) fn number_carvers(came: On<Add, ClipMesh>, mut commands: Commands, mut last: Local<u64>) {
     *last += 1;
     commands.entity(came.entity).try_insert(SpawnOrder(*last));
 }
 
-/// Warns of it, naming the mesh's file where there is one.
+/// Logs a carver that is cut off, with the mesh's file if it has one.
 pub(super) fn warn_of_cut_off(cut_off: On<ClipMeshCutOff>, asset_server: Option<Res<AssetServer>>) {
     let ClipMeshCutOff { entity, mesh, has_layers, gets_layers } = cut_off.event();
     let path = asset_server.as_ref().and_then(|server| server.get_path(*mesh));

@@ -1,11 +1,11 @@
-//! Settings shared by all clip cameras, and how much room their maps take.
+//! Settings shared by all clip cameras, and the memory of their maps.
 
 use bevy::prelude::*;
 
 use super::{ClipMesh, MAX_CARVERS};
 use crate::volume::{BytesTaken, VolumeBudget};
 
-/// Layers in the texture arrays of all carvers together: as many as wgpu guarantees.
+/// Layers in the texture arrays of all carvers together: the number that wgpu guarantees.
 pub(crate) const MAX_LAYERS: u32 = 256;
 
 /// Settings shared by all clip cameras.
@@ -14,18 +14,17 @@ pub(crate) const MAX_LAYERS: u32 = 256;
 pub struct ClipSettings {
     /// Width and height of a depth map in texels, rounded up to a multiple of 16.
     ///
-    /// More texels follow curved and slanted surfaces closer; memory grows with the square
-    /// (8 bytes per texel and layer), the time of a carve frame hardly at all.
+    /// More texels follow curved and slanted surfaces more closely. Memory grows with the square of the size
+    /// (8 bytes per texel and layer). The time of a carve frame hardly grows.
     pub depth_map_size: u32,
-    /// The most layers that a clip mesh may take: pairs of a near and a far surface, one behind the
-    /// other as its clip camera sees them. A mesh takes no more than it needs: a convex one has a
-    /// single layer, a knot two or three.
+    /// Largest number of layers of a carver. A layer is a pair of a near and a far surface; the clip camera sees
+    /// layers behind one another. A mesh takes only the layers it needs: a convex mesh one, a knot two or three.
     ///
-    /// A lower bound saves memory and time where meshes have more; what does not fit is filled up
-    /// to the farthest surface, with a warning ([`ClipMeshCutOff`](super::ClipMeshCutOff)). With 1
-    /// every mesh is carved as published, from its nearest to its farthest surface.
+    /// A lower bound saves memory and time for meshes with more layers. The layers beyond it are filled up to the
+    /// farthest surface, with a warning ([`ClipMeshCutOff`](super::ClipMeshCutOff)). With 1, every mesh is carved as
+    /// published, from its nearest to its farthest surface.
     pub max_layers: u32,
-    /// How much of a voxel is taken to be clipped.
+    /// Rule for the share of a voxel that carvers leave.
     pub coverage: CoverageRule,
 }
 
@@ -35,32 +34,32 @@ impl Default for ClipSettings {
     }
 }
 
-/// How the share of a voxel that carvers leave (its coverage) is found; the opacity that occludes
-/// others is multiplied by it.
+/// Rule for a voxel's coverage: the share of the voxel that carvers leave. The opacity that occludes other
+/// voxels is multiplied by the coverage.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]
 pub enum CoverageRule {
-    /// Integrated exactly along the clip camera's line of sight, over 9 lines and, where they
-    /// disagree, a lattice of 29: changes steadily when a carver moves. A voxel that two carvers cut
-    /// is counted by the published points.
+    /// Integrates exactly along the clip camera's line of sight, over 9 lines and, where they disagree, over a
+    /// lattice of 29 lines. The coverage changes steadily when a carver moves. A voxel that two carvers cut uses
+    /// the published points.
     #[default]
     Lines,
-    /// The published rule: 9 points are tested, and 32 more where they disagree. Jumps when a
-    /// carver's face reaches the outermost points: by up to 0.29 measured for 1/32 voxel of motion.
+    /// The published rule: tests 9 points and, where they disagree, 32 more. The coverage jumps when a carver's face
+    /// reaches the outermost points. The largest jump measured for 1/32 voxel of motion is 0.29.
     Points,
-    /// One point, the voxel's centre: the cheapest, and the least steady.
+    /// Tests one point, the voxel's centre: the cheapest rule, and the least steady.
     Center,
 }
 
-/// Layers that the arrays have room for; grows and shrinks with what clip meshes need.
+/// Layers that the texture arrays have room for. The number follows the needs of the carvers.
 ///
-/// Known in the main world: textures and what binds them follow the same number.
+/// It is known in the main world: textures and their bindings follow the same number.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ClipCapacity {
     /// Layers in each array.
     pub layers: u32,
-    /// The most that the budget allows.
+    /// Largest number of layers that the budget allows.
     pub most: u32,
 }
 
@@ -70,13 +69,14 @@ impl Default for ClipCapacity {
     }
 }
 
-/// Layers that clip meshes need, as far as their surfaces have been counted.
+/// Layers that all carvers get together, as far as their surfaces have been counted.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct LayersWanted(pub u32);
 
-/// Bytes of the depth and dilation maps of one layer, and of what all share: depth maps have 8 bytes a texel,
-/// dilation maps 16 for 8x8 texels; two surfaces and a count have 4 bytes a texel each, tiles 16 for 16x16 texels,
-/// and peeling more than one layer takes 12 bytes a texel.
+/// Bytes of the maps of one layer, and of the textures that all layers share.
+///
+/// Depth maps have 8 bytes a texel, dilation maps 16 for 8x8 texels. The shared textures are two surfaces and a count
+/// (4 bytes a texel each), and tiles (16 bytes for 16x16 texels). Peeling more than one layer takes 12 bytes a texel.
 fn map_bytes(settings: &ClipSettings, peels: bool) -> [u64; 2] {
     let size = u64::from(settings.depth_map_size).max(16).next_multiple_of(16);
     let texels = size * size;
@@ -84,7 +84,7 @@ fn map_bytes(settings: &ClipSettings, peels: bool) -> [u64; 2] {
     [8 * texels + texels / 4, 12 * texels + texels / 16 + peeling]
 }
 
-/// Makes room for a layer per carver, and for more where they are known to need them, as far as the budget allows.
+/// Makes room for one layer per carver, and for more layers where carvers need them, within the budget.
 pub(super) fn update_capacity(
     carvers: Query<(), With<ClipMesh>>,
     wanted: Res<LayersWanted>,

@@ -1,4 +1,4 @@
-//! What cuts a volume: the [`ClipMesh`] component and the clip camera fixed to its mesh.
+//! Carvers: the [`ClipMesh`] component and the clip camera fixed to its mesh.
 
 mod clip_camera;
 mod clip_mesh;
@@ -17,15 +17,15 @@ pub(crate) use clip_settings::{ClipCapacity, LayersWanted, MAX_LAYERS};
 pub use clip_settings::{ClipSettings, CoverageRule};
 pub(crate) use relative_pose::RelativePoses;
 
-/// Where the clip plugin's systems run, in [`PostUpdate`].
+/// Sets of the clip plugin's systems, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ClipSystems {
-    /// The room for depth and dilation maps is decided.
+    /// Decides the room for depth and dilation maps.
     Capacity,
-    /// Skinned and morphing meshes are deformed.
+    /// Deforms skinned and morphing meshes.
     Pose,
-    /// Clip cameras follow their meshes.
+    /// Makes clip cameras follow their meshes.
     Cameras,
 }
 
@@ -42,7 +42,7 @@ impl Plugin for ClipPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    // What carvers take counts when volumes are fitted.
+                    // Fitting volumes needs the bytes that carvers take.
                     clip_settings::update_capacity.in_set(ClipSystems::Capacity).before(VolumeSystems::Fit),
                     (pose::pose_meshes, pose::remove_poses)
                         .in_set(ClipSystems::Pose)

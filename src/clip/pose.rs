@@ -1,7 +1,7 @@
-//! Clip meshes that deform: their vertices where skinning and morph targets put them this frame.
+//! Deforms the vertices of carvers by skinning and morph targets.
 //!
-//! Bevy deforms vertices on the GPU, for each view. The clip camera needs them once per change,
-//! in the carver's own space, and with their bounds, so they are deformed here.
+//! Bevy deforms vertices on the GPU, for each view. The clip camera needs the deformed vertices and their
+//! bounds once per change, in the carver's own space. So the vertices are deformed here.
 
 use bevy::{
     math::DMat4,
@@ -22,18 +22,18 @@ pub(crate) struct PosedMesh {
     pose: Pose,
 }
 
-/// What deforms a mesh. A rig that moves as a whole keeps its pose.
+/// Joints and weights that deform a mesh. A rig that moves as a whole keeps its pose.
 #[derive(Clone, PartialEq)]
 struct Pose {
     of: AssetId<Mesh>,
-    /// Local mesh space → carver space, of every joint; empty without joints.
+    /// Local mesh space → carver space for every joint; empty without joints.
     joints: Vec<Mat4>,
-    /// Of every morph target.
+    /// Weight of every morph target.
     weights: Vec<f32>,
 }
 
 impl Pose {
-    /// The mesh's triangles with their corners deformed.
+    /// Makes a copy of the mesh's triangles with deformed corners.
     fn apply(&self, mesh: &Mesh) -> Result<Mesh, &'static str> {
         let no_data = "its vertices are not kept in the main world, so it cannot be deformed";
         let attribute =
@@ -70,7 +70,7 @@ impl Pose {
 
 type Deforms = Or<(With<SkinnedMesh>, With<MeshMorphWeights>)>;
 
-/// Deforms clip meshes whose pose, or whose vertices, changed.
+/// Deforms carvers whose pose or vertices changed.
 pub(super) fn pose_meshes(
     mut commands: Commands,
     mut carvers: Query<
@@ -91,7 +91,7 @@ pub(super) fn pose_meshes(
         let joints = match skin {
             Some(skin) => match joints_of(skin, entity, &poses, &bindposes) {
                 Some(joints) => joints,
-                // Some joint is not there: the last pose stays.
+                // A joint is missing: the last pose stays.
                 None => continue,
             },
             None => Vec::new(),
@@ -122,7 +122,7 @@ pub(super) fn pose_meshes(
             (Ok(deformed), _) => {
                 commands.entity(entity).try_insert(PosedMesh { mesh: meshes.add(deformed), pose });
             }
-            // It carves as it is, which was said before.
+            // The mesh carves undeformed, as reported before.
             (Err(_), Some(mut posed)) if posed.mesh == base.0 => posed.pose = pose,
             (Err(reason), _) => {
                 warn!("the clip mesh on {entity} does not follow its pose: {reason}");
@@ -133,8 +133,8 @@ pub(super) fn pose_meshes(
     }
 }
 
-/// The joints' matrices in the carver's space; `None` where something is missing, collapsed or not
-/// finite. They are rounded to a part in 100,000, so that a rig that moves as a whole keeps its pose.
+/// The joints' matrices in the carver's space; `None` if anything is missing, collapsed or not finite. They
+/// are rounded to a part in 100,000, so that a rig that moves as a whole keeps its pose.
 fn joints_of(
     skin: &SkinnedMesh,
     carver: Entity,
@@ -158,7 +158,7 @@ fn joints_of(
     Some(matrices)
 }
 
-/// Takes the copy from entities that deform no more.
+/// Removes the copy from entities that no longer deform.
 pub(super) fn remove_poses(
     mut commands: Commands,
     orphans: Query<Entity, (With<PosedMesh>, Or<(Without<ClipMesh>, Without<Mesh3d>)>)>,

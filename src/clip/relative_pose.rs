@@ -1,7 +1,7 @@
-//! Where one entity is relative to another, free of the rounding of where both are in the world.
+//! Poses of entities relative to each other, free of the rounding of their places in the world.
 //!
-//! A rig that moves as a whole keeps these poses bit for bit, however far from the origin it is. A pose depends
-//! on the present transforms alone, never on how they came about.
+//! A rig that moves as a whole keeps these poses bit for bit, at any distance from the origin. A pose depends
+//! on the present transforms alone, never on earlier transforms.
 
 use bevy::{
     ecs::system::SystemParam,
@@ -9,7 +9,7 @@ use bevy::{
     prelude::*,
 };
 
-/// Reads the poses of entities.
+/// Computes poses between entities.
 #[derive(SystemParam)]
 pub(crate) struct RelativePoses<'w, 's> {
     globals: Query<'w, 's, &'static GlobalTransform>,
@@ -17,7 +17,7 @@ pub(crate) struct RelativePoses<'w, 's> {
 }
 
 impl RelativePoses<'_, '_> {
-    /// From the space of `from` to that of `to`; `None` where either has no place, or `to` is collapsed.
+    /// Transform from the space of `from` to the space of `to`; `None` if either has no place or is collapsed.
     pub fn between(&self, from: Entity, to: Entity) -> Option<DAffine3> {
         let [world_from, world_to] =
             [self.globals.get(from).ok()?, self.globals.get(to).ok()?].map(|global| double(&global.affine()));
@@ -27,7 +27,7 @@ impl RelativePoses<'_, '_> {
         (pose.is_finite() && pose.matrix3.determinant() != 0.0).then_some(pose)
     }
 
-    /// By the transforms below the nearest common ancestor; `None` where there is none.
+    /// The pose by the transforms below the nearest common ancestor; `None` without a common ancestor.
     fn by_common_ancestor(&self, from: Entity, to: Entity) -> Option<DAffine3> {
         let above_to: Vec<_> = self.ancestors(to).collect();
         self.ancestors(from).find_map(|(ancestor, ancestor_from)| {
@@ -36,7 +36,7 @@ impl RelativePoses<'_, '_> {
         })
     }
 
-    /// An entity and those above it, each with the way from the entity's space to its own.
+    /// The entity and its ancestors, each with the transform from the entity's space to the ancestor's space.
     fn ancestors(&self, entity: Entity) -> impl Iterator<Item = (Entity, DAffine3)> {
         core::iter::successors(Some((entity, DAffine3::IDENTITY)), |&(entity, pose)| {
             let (local, parent) = self.locals.get(entity).ok()?;
@@ -49,8 +49,8 @@ fn double(affine: &bevy::math::Affine3A) -> DAffine3 {
     DAffine3 { matrix3: affine.matrix3.as_dmat3(), translation: affine.translation.as_dvec3() }
 }
 
-/// Whether two ways to the world differ by no more than rounding: global transforms need not follow from
-/// transforms, where an app moves entities by its own rules.
+/// Whether two transforms to the world differ by no more than rounding. An app may move entities by its own
+/// rules, so global transforms need not follow from local transforms.
 fn is_rounding(a: DAffine3, b: DAffine3) -> bool {
     // Single precision rounds by 6e-8 of a number; some 100 roundings add up in a deep hierarchy.
     const SHARE: f64 = 1e-5;
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use bevy::ecs::system::RunSystemOnce;
 
-    /// Poses of a child of a child relative to another child, of one rig in many places.
+    /// Pose of a rig's grandchild relative to another child, with the rig at `root`.
     fn pose_in(root: Transform, has_propagated: bool) -> DAffine3 {
         let mut app = App::new();
         app.add_plugins(TransformPlugin);

@@ -46,6 +46,10 @@ pub enum OcclusionResolution {
 }
 
 impl OcclusionRays {
+    /// Span of the pass that finds the voxels that views will read, in the diagnostics.
+    pub const SPAN_MARK: &str = "contextual_ao/mark";
+    /// Span of the pass that casts the rays of stale voxels (step V), in the diagnostics.
+    pub const SPAN_CAST: &str = "contextual_ao/ray_cast";
     /// Largest number of samples per ray; more are not taken.
     pub const MAX_STEPS: u32 = 4096;
     /// Longest distance between samples, mm.

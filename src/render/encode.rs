@@ -56,7 +56,7 @@ pub(crate) fn encode_passes(
         job.encode(encoder, &dilate, textures, &cache);
     });
 
-    // Once per volume: the range of intensities in every brick.
+    // Once per volume and stride of its occlusion: the range of intensities around every brick.
     let clips = &volume_plan.clips;
     let unknown = clips.iter().filter_map(|job| Some((job, job.ranges.as_ref()?)));
     frame.pass(SPAN_RANGES, unknown, |encoder, (job, group)| {

@@ -37,7 +37,7 @@ impl Intensities {
         }
     }
 
-    /// Smallest and largest stored value; `[0, 0]` where there are no voxels.
+    /// Smallest and largest stored value; `[0, 0]` without voxels.
     fn range(&self) -> [u16; 2] {
         fn of<T: Copy + Ord + Into<u16>>(values: &[T]) -> [u16; 2] {
             let low = values.iter().copied().min().map_or(0, Into::into);
@@ -61,7 +61,7 @@ impl fmt::Debug for Intensities {
     }
 }
 
-/// How a stored value becomes one in the file's units (Hounsfield units, say):
+/// Conversion of a stored value to the file's units (such as Hounsfield units):
 /// `slope * stored + intercept`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rescale {
@@ -94,14 +94,15 @@ pub struct Volume {
 impl Volume {
     /// Makes a volume of `dimensions` voxels from `intensities` (x fastest).
     ///
-    /// `grid_to_patient` takes a voxel index (i, j, k), whole at voxel centres, to millimetres in
-    /// the patient, RAS+ (x to the right, y to the front, z up). It may be oblique, mirrored or sheared.
+    /// `grid_to_patient` maps a voxel index (i, j, k), whole numbers at voxel centres, to patient millimetres.
+    /// The patient axes are RAS+: x to the right, y to the front, z up.
+    /// The transform may be oblique, mirrored or sheared.
     ///
     /// # Errors
     ///
-    /// [`VolumeError::Dimensions`] where a dimension is zero or their product is not the number of
-    /// intensities; [`VolumeError::Field`] where `grid_to_patient` is not finite or not invertible,
-    /// or where `rescale` is not finite or its slope is zero.
+    /// [`VolumeError::Dimensions`] if a dimension is zero, or if their product is not the number of
+    /// intensities. [`VolumeError::Field`] if `grid_to_patient` is not finite or not invertible,
+    /// if `rescale` is not finite, or if its slope is zero.
     pub fn new(
         dimensions: UVec3,
         grid_to_patient: DAffine3,
@@ -131,12 +132,12 @@ impl Volume {
         })
     }
 
-    /// This volume, of a file in which so many voxels were no finite numbers.
+    /// Sets the number of voxels that are NaN or infinite in the file.
     pub(crate) fn with_background_voxels(self, background_voxels: u64) -> Self {
         Self { background_voxels, ..self }
     }
 
-    /// Voxels along x, y and z; none is zero.
+    /// Number of voxels along x, y and z; none is zero.
     pub fn dimensions(&self) -> UVec3 {
         self.dimensions
     }
@@ -151,7 +152,7 @@ impl Volume {
         self.spacing_mm
     }
 
-    /// From voxel indices (whole at voxel centres) to patient millimetres, RAS+.
+    /// Transform from voxel indices (whole numbers at voxel centres) to patient millimetres, RAS+.
     pub fn grid_to_patient(&self) -> DAffine3 {
         self.grid_to_patient
     }
@@ -161,20 +162,20 @@ impl Volume {
         &self.intensities
     }
 
-    /// The same, to be kept: copies of a volume share them.
+    /// The stored values, shared by copies of the volume.
     pub(crate) fn shared_intensities(&self) -> &Arc<Intensities> {
         &self.intensities
     }
 
-    /// Voxels that the file gives as NaN or infinite, as resampling does outside of the field of view.
+    /// Number of voxels that are NaN or infinite in the file, as resampling leaves outside of the field of view.
     ///
-    /// They are background: they have the lowest value of the file, or zero where all others are whole numbers from
-    /// 0 to 65535, as in label maps.
+    /// Such voxels are background and have the lowest value of the file. Their value is zero if all others are whole
+    /// numbers from 0 to 65535, as in label maps.
     pub fn background_voxels(&self) -> u64 {
         self.background_voxels
     }
 
-    /// How stored values become file units.
+    /// Conversion of stored values to file units.
     pub fn rescale(&self) -> Rescale {
         self.rescale
     }
@@ -184,7 +185,7 @@ impl Volume {
         self.stored_range
     }
 
-    /// Smallest and largest value in file units, in this order also where the slope is negative.
+    /// Smallest and largest value in file units, in this order even if the slope is negative.
     pub fn range(&self) -> [f64; 2] {
         let [a, b] = self.stored_range.map(|stored| self.to_file_units(stored.into()));
         [a.min(b), a.max(b)]
@@ -202,18 +203,18 @@ impl Volume {
         Some(self.to_file_units(stored.into()))
     }
 
-    /// A stored value, or one between two, in file units.
+    /// Converts a stored value, or a value between two, to file units.
     pub fn to_file_units(&self, stored: f64) -> f64 {
         self.rescale.slope * stored + self.rescale.intercept
     }
 
-    /// A value in file units as stored value: not rounded and not limited to what can be stored.
+    /// Converts a value in file units to a stored value, not rounded and not limited to the storable range.
     pub fn to_stored(&self, file_units: f64) -> f64 {
         (file_units - self.rescale.intercept) / self.rescale.slope
     }
 }
 
-/// The spacing of a usable grid, in millimetres, or what is wrong with its transform.
+/// Spacing of the grid, mm, or an error if the transform cannot be used.
 pub(crate) fn check_grid_to_patient(grid_to_patient: &DAffine3) -> Result<Vec3, VolumeError> {
     let error = |reason: &str| {
         let columns = grid_to_patient.to_cols_array_2d();
@@ -225,7 +226,7 @@ pub(crate) fn check_grid_to_patient(grid_to_patient: &DAffine3) -> Result<Vec3, 
     let matrix = grid_to_patient.matrix3;
     let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length());
     let spacing = Vec3::from_array(lengths.map(|length| length as f32));
-    // A tiny but normal spacing is fine; one that vanishes in f32 is not.
+    // A tiny but normal spacing is valid; a spacing that vanishes in f32 is not.
     if !spacing.is_finite() || spacing.cmplt(Vec3::splat(f32::MIN_POSITIVE)).any() {
         return Err(error("a spacing is not finite and positive"));
     }
@@ -238,7 +239,7 @@ pub(crate) fn check_grid_to_patient(grid_to_patient: &DAffine3) -> Result<Vec3, 
     Ok(spacing)
 }
 
-/// Whether a rescale can be used both ways.
+/// Checks that a rescale works in both directions.
 pub(crate) fn check_rescale(rescale: Rescale) -> Result<(), VolumeError> {
     let Rescale { slope, intercept } = rescale;
     if !slope.is_finite() || slope == 0.0 {

@@ -1,4 +1,4 @@
-//! Transfer functions become tables, one for every volume that is shown.
+//! Bakes transfer functions into tables, one for every shown volume.
 
 use bevy::{platform::collections::HashSet, prelude::*};
 
@@ -7,8 +7,8 @@ use super::{
     fit::ShownVolume,
 };
 
-/// Bakes the table of every volume whose data or transfer function changed, and takes it from those that can no
-/// longer be shown. A table stays until the volume and the transfer function of the next one are there.
+/// Bakes the table of every volume whose data or transfer function changed. A volume that can no longer be shown loses
+/// its table. A table stays until the next volume and its transfer function have loaded.
 pub(super) fn bake_lookup_tables(
     mut commands: Commands,
     mut function_events: MessageReader<AssetEvent<TransferFunction>>,
@@ -57,7 +57,7 @@ pub(super) fn bake_lookup_tables(
     }
 }
 
-/// The asset that an event changes, if it does. One that was added is missed by no table.
+/// The asset that an event modifies or removes. An added asset has no table yet, so its event is not needed.
 fn changed<A: Asset>(event: &AssetEvent<A>) -> Option<AssetId<A>> {
     match event {
         AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),

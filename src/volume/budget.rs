@@ -1,23 +1,26 @@
-//! What volumes may take on the graphics device, and how much a volume takes.
+//! Memory budget of volumes on the GPU, and the size of a volume.
 
 use bevy::{prelude::*, render::render_resource::WgpuLimits};
 
 use super::{Intensities, LookupTable, Volume};
 
-/// How much of the GPU's memory volumes and carvers may take.
+/// GPU memory that volumes and carvers may take.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VolumeBudget {
-    /// Bytes of all that is kept for all volumes together and for the depth maps of carvers. A volume takes 3.8
-    /// bytes a voxel if it has 8 bits, 4.8 if it has 16; more on a device that cannot store single bytes (6 more),
-    /// and what its [`OcclusionMethod`](crate::occlusion::OcclusionMethod) keeps. A volume beyond it is refused or
-    /// halved; a method beyond it leaves a volume without occlusion; carvers beyond it do not carve. What
-    /// screen-space and direct occlusion keep for each view goes by its pixels, and is not counted. A higher budget
-    /// shows more, as long as the device has the memory; the device cannot be asked how much it has.
+    /// Bytes for all volumes together and for the depth maps of carvers.
+    ///
+    /// A volume takes 3.8 bytes a voxel if it has 8 bits, 4.8 if it has 16. A device that cannot store single bytes
+    /// takes 6 more. The volume's [`OcclusionMethod`](crate::occlusion::OcclusionMethod) adds its own bytes. Buffers
+    /// that screen-space and direct occlusion keep for each view go by its pixels and are not counted.
+    ///
+    /// A volume beyond the budget is refused or halved. A method beyond it leaves a volume without occlusion. Carvers
+    /// beyond it do not carve. A higher budget shows more, as long as the device has the memory. The device cannot be
+    /// asked how much memory it has.
     pub max_bytes: u64,
-    /// Shows a volume beyond the budget, or beyond the largest texture of the device, at half its
-    /// resolution, or a quarter, with a warning, instead of refusing it with
-    /// [`VolumeFailed`](super::VolumeFailed). It is shown whole when there is room.
+    /// Shows a volume that exceeds the budget or the device's largest texture at half its resolution or less, with a
+    /// warning. Otherwise the volume is refused with [`VolumeFailed`](super::VolumeFailed). It is shown whole when
+    /// there is room.
     pub halves: bool,
 }
 
@@ -27,22 +30,22 @@ impl Default for VolumeBudget {
     }
 }
 
-/// What is taken of the budget.
+/// Bytes of the budget that are in use.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct BytesTaken {
     pub by_volumes: u64,
-    /// By what occlusion methods keep beside that.
+    /// By the resources of occlusion methods.
     pub by_methods: u64,
     /// By the depth maps of carvers.
     pub by_carvers: u64,
 }
 
-/// How the device stores voxels, bytes each.
+/// Bytes that the device takes for the values of a voxel.
 #[derive(Resource, Clone, Copy, Debug)]
 pub(crate) struct StoredBytes {
-    /// Of an opacity or an occlusion factor.
+    /// Bytes of an opacity or an occlusion factor.
     pub scalar: u64,
-    /// Of an intensity of 16 bits.
+    /// Bytes of a 16-bit intensity.
     pub intensity16: u64,
 }
 
@@ -52,7 +55,7 @@ impl Default for StoredBytes {
     }
 }
 
-/// What decides whether a volume can be shown.
+/// Size of a volume, which decides whether it can be shown.
 #[derive(Clone, Copy)]
 pub(crate) struct VolumeSize {
     pub dimensions: UVec3,
@@ -60,7 +63,7 @@ pub(crate) struct VolumeSize {
 }
 
 impl VolumeSize {
-    /// With intensities, opacities and occlusion factors.
+    /// Size of a volume with its intensities, opacities and occlusion factors.
     pub fn of(volume: &Volume, stored: StoredBytes) -> Self {
         let intensity = match volume.intensities() {
             Intensities::U8(_) => 1,
@@ -73,55 +76,56 @@ impl VolumeSize {
         Self { dimensions: self.dimensions.map(|voxels| voxels.div_ceil(2)), ..self }
     }
 
-    /// All that is kept for the volume, but for its occlusion method.
+    /// Bytes of the volume, without its occlusion method.
     pub fn bytes(self) -> u64 {
         let voxels = self.dimensions.as_u64vec3().element_product();
         voxels * self.bytes_per_voxel + self.bricks() * Self::BYTES_PER_BRICK + Self::BYTES_OF_TABLES
     }
 
-    /// Bricks of 4x4x4 voxels.
+    /// Number of bricks of 4x4x4 voxels.
     fn bricks(self) -> u64 {
         self.dimensions.map(|voxels| voxels.div_ceil(4)).as_u64vec3().element_product()
     }
 
-    /// What the buffers hold of every brick, and the largest of them.
+    /// Bytes per brick in all buffers together, and in the largest buffer.
     const BYTES_PER_BRICK: u64 = 52;
     const MAX_BYTES_PER_BRICK: u64 = 24;
-    /// The lookup table of three rows, how many entries before each have opacity, and the heads of the lists.
+    /// Bytes of the lookup table (three rows), of the counts of opaque entries before each entry, and of the list
+    /// heads.
     const BYTES_OF_TABLES: u64 =
         3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 2 * 32;
 }
 
-/// A volume does not fit, with what would.
+/// A volume that does not fit, with the dimensions that would fit.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{dimensions} voxels {limit}{}", would_fit.map_or_else(String::new, |dimensions| {
     format!("; {dimensions} would fit, which VolumeBudget::halves allows")
 }))]
 pub struct TooLarge {
-    /// Its voxels.
+    /// Dimensions of the volume.
     pub dimensions: UVec3,
-    /// What it exceeds.
+    /// The limit that the volume exceeds.
     pub limit: SizeLimit,
-    /// The voxels that are left after as many halvings as it takes to fit, if any do.
+    /// Dimensions after the fewest halvings that make the volume fit, if any do.
     pub would_fit: Option<UVec3>,
 }
 
-/// What limits the size of a volume.
+/// A limit on the size of a volume.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SizeLimit {
     /// Texels of a 3D texture along an axis.
     #[error("are too many: this graphics device holds at most {max} along each axis")]
     Texture {
-        /// What the device has.
+        /// Texels that the device holds.
         max: u32,
     },
     /// Bytes of a storage buffer.
     #[error("need a buffer of {needed} bytes: this graphics device binds at most {max}")]
     Buffer {
-        /// What the volume needs.
+        /// Bytes that the volume needs.
         needed: u64,
-        /// What the device has.
+        /// Bytes that the device binds.
         max: u64,
     },
     /// Bytes of [`VolumeBudget`].
@@ -130,11 +134,11 @@ pub enum SizeLimit {
         mib(*.needed), mib(*.taken), mib(*.max)
     )]
     Budget {
-        /// What the volume needs.
+        /// Bytes that the volume needs.
         needed: u64,
-        /// What others have.
+        /// Bytes that others take.
         taken: u64,
-        /// What the budget allows.
+        /// Bytes that the budget allows.
         max: u64,
     },
 }
@@ -145,8 +149,7 @@ fn mib(bytes: u64) -> u64 {
 }
 
 impl VolumeBudget {
-    /// What keeps a volume from being shown, if anything does. `device` is what it can hold, `taken` are the bytes
-    /// that others have.
+    /// Checks that a volume can be shown. `device` has the device's limits; `taken` are the bytes of others.
     pub(crate) fn check(&self, size: VolumeSize, device: &WgpuLimits, taken: u64) -> Result<(), SizeLimit> {
         let max = device.max_texture_dimension_3d;
         if size.dimensions.max_element() > max {
@@ -164,8 +167,8 @@ impl VolumeBudget {
         Ok(())
     }
 
-    /// How often a volume has to be halved to be shown, and its size then; `None` if not even one
-    /// voxel can be.
+    /// Number of halvings after which a volume can be shown, and its size then; `None` if not even one
+    /// voxel can be shown.
     pub(crate) fn halvings(
         &self,
         mut size: VolumeSize,

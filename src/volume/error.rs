@@ -1,28 +1,28 @@
-//! Why a volume could not be made or read.
+//! Errors of making and reading volumes.
 
 use std::path::PathBuf;
 
-/// Why bytes, or values given in code, do not make a [`Volume`](super::Volume).
+/// Reason why bytes, or values given in code, do not make a [`Volume`](super::Volume).
 ///
-/// It names the cause but no file; [`VolumeFileError`] adds the file.
+/// The error names the cause but no file; [`VolumeFileError`] adds the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeError {
     /// The format's reader was left out of the build.
     #[error("files of this format are read with the Cargo feature `{feature}` of bevy_contextual_ao alone")]
     LeftOut {
-        /// The feature.
+        /// The Cargo feature that adds the reader.
         feature: &'static str,
     },
-    /// The file's name does not end like any format that can be read.
+    /// The file's name has no ending of a readable format.
     #[error(
         "unknown file name ending {ending:?}; expected .nii, .nii.gz, .hdr, .hdr.gz, .nrrd, .nhdr, .mha or .mhd"
     )]
     UnknownExtension {
-        /// What follows the name's last dot, or the whole name where it has none.
+        /// Text after the name's last dot, or the whole name without a dot.
         ending: String,
     },
-    /// The bytes do not begin as the format does.
+    /// The beginning of the bytes does not match the format.
     #[error("not {expected}")]
     NotThisFormat {
         /// The format that was expected, with its article.
@@ -31,9 +31,9 @@ pub enum VolumeError {
     /// There are fewer bytes than the header says.
     #[error("truncated: {expected_bytes} bytes expected, {found_bytes} found")]
     Truncated {
-        /// Bytes that the header asks for (of the header itself where that is cut off).
+        /// Bytes that the header asks for, or bytes of the header itself if it is cut off.
         expected_bytes: u64,
-        /// Bytes that are there, after decompression where the data are compressed.
+        /// Bytes found, after decompression of compressed data.
         found_bytes: u64,
     },
     /// The grid's size is zero, too large, not three-dimensional or not the data's size.
@@ -41,7 +41,7 @@ pub enum VolumeError {
     Dimensions {
         /// Voxels along each axis, as stated.
         sizes: Vec<u64>,
-        /// What is wrong with them.
+        /// Reason for the refusal.
         reason: String,
     },
     /// A header field, or a value given in code, is missing or has an impossible value.
@@ -49,49 +49,49 @@ pub enum VolumeError {
     Field {
         /// The field's name, as the format spells it.
         field: &'static str,
-        /// Its value; empty where the field is missing.
+        /// The field's value; empty if the field is missing.
         value: String,
-        /// What is wrong with it.
+        /// Reason for the refusal.
         reason: String,
     },
     /// Every voxel, or pixel, has several values that belong together: a colour, a vector, a complex number.
     #[error("{kind}, {values} values per voxel: not a volume of one number per voxel")]
     NotScalar {
-        /// What the image is, with its article and the file's word for it.
+        /// Kind of the image, with its article and the file's word for it.
         kind: String,
         /// Values per voxel.
         values: u64,
     },
-    /// The file holds several volumes, of which one must be chosen; or not the one that was chosen.
+    /// The file holds several volumes and none is chosen, or it does not hold the chosen volume.
     #[error(
         "{count} volumes ({along}){}: choose one by its component, 0 to {}",
         chosen.map_or(String::new(), |chosen| format!(", none of them component {chosen}")),
         count.saturating_sub(1)
     )]
     Component {
-        /// How many there are.
+        /// Number of volumes in the file.
         count: u64,
-        /// What tells them apart.
+        /// Name of the difference between the volumes, such as an axis.
         along: String,
-        /// The one that was chosen in [`VolumeReadSettings`](super::VolumeReadSettings), if one was.
+        /// The component chosen in [`VolumeReadSettings`](super::VolumeReadSettings), if any.
         chosen: Option<u32>,
     },
-    /// Voxels are of a number type that is unknown or too wide.
+    /// The voxels' number type is unknown or too wide.
     #[error("voxels of type {0} cannot be read")]
     UnsupportedType(String),
-    /// The data are stored in a way that cannot be read.
+    /// The data's encoding cannot be read.
     #[error("data stored as {0} cannot be read")]
     UnsupportedEncoding(String),
-    /// The data are compressed or written as text, and damaged.
+    /// The data, compressed or written as text, are damaged.
     #[error("damaged data: {reason}")]
     Damaged {
-        /// What the decoder found.
+        /// Finding of the decoder.
         reason: String,
     },
     /// All voxels are NaN or infinite.
     #[error("all {count} voxels are NaN or infinite")]
     NotANumber {
-        /// How many there are.
+        /// Number of voxels.
         count: u64,
     },
     /// The file could not be read.
@@ -100,25 +100,25 @@ pub enum VolumeError {
 }
 
 impl VolumeError {
-    /// A [`VolumeError::Field`] from anything that can be shown.
+    /// Makes a [`VolumeError::Field`] from a value that can be printed.
     pub(crate) fn field(field: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {
         Self::Field { field, value: excerpt(&value.to_string()), reason: reason.into() }
     }
 }
 
-/// As much of a file's text as an error shows: the rest of it may be the whole file.
+/// The first characters of a file's text, for an error: the text may be the whole file.
 pub(crate) fn excerpt(text: &str) -> String {
     text.chars().take(200).collect()
 }
 
-/// A file that could not be read as a volume, and why.
+/// A file that could not be read as a volume, with the cause.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {cause}", path.display())]
 pub struct VolumeFileError {
-    /// The file at fault: of a header with a separate data file, the one that could not be read,
-    /// or the header where the two do not fit together.
+    /// The file at fault. With a separate data file, this is the header if the header cannot be read, else the
+    /// data file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Cause of the failure.
     #[source]
     pub cause: VolumeError,
 }

@@ -1,4 +1,4 @@
-//! What a user can watch of volumes: that they are there, and why they are not.
+//! Events of volumes: loaded, failed, occluded.
 
 use bevy::{
     asset::{AssetLoadError, AssetLoadFailedEvent, LoadState},
@@ -16,17 +16,17 @@ pub struct VolumeLoaded {
     pub entity: Entity,
 }
 
-/// Triggered on a [`Volume3d`] entity when its volume or transfer function cannot be shown. Another volume that
-/// the entity showed before stays.
+/// Triggered on a [`Volume3d`] entity when its volume or transfer function cannot be shown. A volume that the
+/// entity showed before stays.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct VolumeFailed {
     /// The volume's entity.
     pub entity: Entity,
-    /// What went wrong.
+    /// Cause of the failure.
     pub reason: VolumeFailure,
 }
 
-/// Why a volume cannot be shown: names the file, where there is one, and the cause.
+/// Reason why a volume cannot be shown. Its text names the file, if any, and the cause.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeFailure {
@@ -52,7 +52,7 @@ pub struct VolumeOccluded {
 fn describe(error: &AssetLoadError) -> String {
     let text = match error {
         AssetLoadError::AssetLoaderError(error) => match error.error().downcast_ref::<VolumeFileError>() {
-            // It names the file: of a header with data beside it, the one at fault.
+            // The fault names its own file, which may be a data file beside the header.
             Some(fault) if fault.path == error.path().path() => fault.to_string(),
             Some(fault) => format!("{}: {fault}", error.path()),
             None => format!("{}: {}", error.path(), error.error()),
@@ -62,7 +62,7 @@ fn describe(error: &AssetLoadError) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-/// Tells the entities of a volume why it cannot be read. Bevy has logged it.
+/// Triggers [`VolumeFailed`] on entities whose volume or transfer function cannot be read. Bevy has logged it.
 pub(super) fn report_unreadable(
     mut commands: Commands,
     mut failed: MessageReader<AssetLoadFailedEvent<Volume>>,
@@ -84,7 +84,7 @@ pub(super) fn report_unreadable(
     }
 }
 
-/// The error of a file that failed now, or, by its state, before the entity came.
+/// The error of a file that failed now, or earlier by its load state.
 fn failure<A: Asset>(
     id: AssetId<A>,
     now: &[&AssetLoadFailedEvent<A>],
@@ -97,7 +97,7 @@ fn failure<A: Asset>(
     })
 }
 
-/// Logs failures that nobody else has logged.
+/// Logs failures that Bevy has not logged.
 pub(super) fn log_failures(failed: On<VolumeFailed>) {
     if let VolumeFailure::TooLarge(reason) = &failed.reason {
         error!("the volume on {} is not shown: {reason}", failed.entity);

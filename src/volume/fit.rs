@@ -1,4 +1,4 @@
-//! Which volume an entity shows: the one that it asks for, a smaller one, or still the one before.
+//! Decides the volume that an entity shows: the requested volume, a smaller copy, or the volume before.
 
 use bevy::{
     platform::collections::HashSet,
@@ -12,32 +12,32 @@ use super::{
     halved_volumes::HalvedVolumes,
 };
 
-/// What is shown of a [`Volume3d`].
+/// The volume that a [`Volume3d`] entity shows.
 #[derive(Component, Clone)]
 pub(crate) struct ShownVolume {
-    /// The volume that this was decided for, and the budget that decided it.
+    /// The requested volume, and the budget at the decision.
     of: AssetId<Volume>,
     budget: VolumeBudget,
-    /// Whether there was no room for it.
+    /// Whether there was no room for the requested volume.
     is_refused: bool,
-    /// That volume, a smaller one, or another that was shown before; `None` if there is nothing to show.
+    /// The requested volume, a smaller copy, or the volume shown before; `None` if there is nothing to show.
     pub volume: Option<Handle<Volume>>,
-    /// Bytes that it takes.
+    /// Bytes that the shown volume takes.
     bytes: u64,
-    /// Counts changes of what is shown.
+    /// Number of changes of the shown volume.
     pub revision: u32,
 }
 
 impl ShownVolume {
-    /// Whether it is the volume that was asked for, as it is.
+    /// Whether the requested volume itself is shown.
     fn is_whole(&self) -> bool {
         self.volume.as_ref().is_some_and(|volume| volume.id() == self.of)
     }
 }
 
-/// What becomes of a volume.
+/// Decision on a volume.
 enum Fit {
-    /// This is shown, the volume itself or a smaller one, and takes so many bytes.
+    /// The volume itself or a smaller copy is shown and takes this many bytes.
     Shown(Handle<Volume>, u64),
     BeingHalved,
     Refused(TooLarge),
@@ -51,7 +51,7 @@ struct Room<'a> {
 }
 
 impl Room<'_> {
-    /// What becomes of a volume beside others that take so many bytes.
+    /// Decides on a volume, beside others that take `others` bytes.
     fn fit(
         &self,
         handle: &Handle<Volume>,
@@ -75,15 +75,15 @@ impl Room<'_> {
         }
     }
 
-    /// Whether there is room for more of a volume than so many bytes.
+    /// Whether there is room for a copy of the volume that takes more than `bytes`.
     fn has_more(&self, volume: &Volume, others: u64, bytes: u64) -> bool {
         let fits = self.budget.halvings(VolumeSize::of(volume, self.stored), &self.limits, others);
         fits.is_some_and(|(_, size)| size.bytes() > bytes)
     }
 }
 
-/// Decides what is shown of volumes that came or changed. While a volume is being read or halved, or if it is
-/// refused, the one before stays.
+/// Decides the shown volume of entities that are new or changed. While a volume is being read or halved, or if
+/// it is refused, the volume before stays.
 pub(super) fn fit_volumes(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Volume>>,
@@ -117,7 +117,7 @@ pub(super) fn fit_volumes(
         }
         let Some(volume) = volumes.get(id).cloned() else {
             if current.is_some() {
-                // It was taken away.
+                // The volume's asset was removed.
                 commands.entity(entity).try_remove::<ShownVolume>();
             }
             continue;
@@ -125,7 +125,7 @@ pub(super) fn fit_volumes(
         let (before, own, revision) =
             shown.as_ref().map_or((None, 0, 0), |shown| (shown.volume.clone(), shown.bytes, shown.revision));
         let others = by_volumes - own + taken.by_methods + taken.by_carvers;
-        // A smaller one stays until there is room for more of it.
+        // A smaller copy stays until there is room for a larger one.
         if decided.is_some_and(|shown| !shown.is_refused && !room.has_more(&volume, others, shown.bytes)) {
             continue;
         }
@@ -135,11 +135,11 @@ pub(super) fn fit_volumes(
             Fit::BeingHalved => continue,
             Fit::Refused(reason) => {
                 if decided.is_some() {
-                    // It was told before.
+                    // The refusal was reported before.
                     continue;
                 }
                 commands.trigger(VolumeFailed { entity, reason: reason.into() });
-                // Another volume goes on being shown.
+                // Another volume, shown before, stays.
                 let stays = before.clone().filter(|_| current.is_none());
                 let bytes = if stays.is_some() { own } else { 0 };
                 (stays, bytes, true)
@@ -164,7 +164,7 @@ pub(super) fn fit_volumes(
     taken.set_if_neq(BytesTaken { by_volumes, ..*taken });
 }
 
-/// The volume that an event changes, if it does. One that was added is missed by nobody.
+/// The volume that an event modifies or removes. An added volume has no decision yet, so its event is not needed.
 fn modified(event: &AssetEvent<Volume>) -> Option<AssetId<Volume>> {
     match event {
         AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),

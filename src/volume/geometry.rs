@@ -1,12 +1,13 @@
-//! Where the voxels of a volume are: the frames that rendering uses.
+//! Places of a volume's voxels: the frames that rendering uses.
 
 use bevy::math::{DAffine3, DMat3, DVec3, UVec3};
 
 use super::Volume;
 
-/// The grid of a [`Volume`] in *volume space*: millimetres around the volume's centre, x to the
-/// patient's left, y up (superior), z to the front (anterior), so that a patient stands upright in
-/// Bevy's axes and looks along +z.
+/// The grid of a [`Volume`] in *volume space*: millimetres around the volume's centre.
+///
+/// The axes are x to the patient's left, y up (superior) and z to the front (anterior). So a patient stands
+/// upright in Bevy's axes and looks along +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeGeometry {
     /// Number of voxels along each axis of the grid.
@@ -50,21 +51,21 @@ impl VolumeGeometry {
             .fold(0.0, f64::max)
     }
 
-    /// The farthest, mm, that anything one voxel away from a voxel can be; an upper bound where the
-    /// grid is sheared.
+    /// Longest length, mm, of a step of one voxel in any direction; an upper bound if the grid is sheared.
     pub fn longest_stretch_mm(&self) -> f64 {
         longest_stretch(self.local_from_voxel.matrix3)
     }
 
-    /// A lower bound of lengths over those that they had if the axes, of the same spacings, were perpendicular.
+    /// Lower bound of the ratio of a length to the same length with perpendicular axes of the same spacings.
     pub(crate) fn least_stretch(&self) -> f64 {
         let DMat3 { x_axis, y_axis, z_axis } = self.local_from_voxel.matrix3;
         let axes = [x_axis, y_axis, z_axis].map(DVec3::normalize);
         longest_stretch(DMat3::from_cols(axes[0], axes[1], axes[2]).inverse()).recip()
     }
 
-    /// The 8 corners of the box that the voxels fill, volume space (mm): corner `k` is at the far
-    /// end of grid axis `a` where bit `a` of `k` is set.
+    /// The 8 corners of the box that the voxels fill, volume space (mm).
+    ///
+    /// Corner `k` is at the far end of grid axis `a` if bit `a` of `k` is set.
     pub fn corners(&self) -> [DVec3; 8] {
         core::array::from_fn(|k| {
             let far = DVec3::from_array([0, 1, 2].map(|axis| ((k >> axis) & 1) as f64));
@@ -73,7 +74,7 @@ impl VolumeGeometry {
     }
 }
 
-/// An upper bound of what a matrix does to a length; exact unless it shears.
+/// Upper bound of the factor by which a matrix stretches a length; exact unless the matrix shears.
 pub(crate) fn longest_stretch(matrix: DMat3) -> f64 {
     let lengths = DVec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length());
     let longest = lengths.max_element();

@@ -5,8 +5,9 @@ use bevy::math::{DAffine3, DVec3, UVec3};
 use super::{Intensities, Volume};
 
 impl Volume {
-    /// This volume with half as many voxels along each axis (rounded up), each the mean of the 2x2x2
-    /// that it replaces, or of those of them that there are, in the same place in the patient.
+    /// This volume with half as many voxels along each axis (rounded up), in the same place in the patient.
+    ///
+    /// Each voxel is the mean of the 2x2x2 voxels that it replaces, or of fewer at the far faces.
     pub fn halved(&self) -> Self {
         let from = self.dimensions();
         let dimensions = from.map(|voxels| voxels.div_ceil(2));
@@ -14,7 +15,7 @@ impl Volume {
             Intensities::U8(values) => Intensities::U8(means(values, from, dimensions)),
             Intensities::U16(values) => Intensities::U16(means(values, from, dimensions)),
         };
-        // Along an axis of a single voxel nothing is halved.
+        // An axis of a single voxel is not halved.
         let steps = from.map(|voxels| voxels.min(2)).as_dvec3();
         let old_from_new =
             DAffine3::from_scale_rotation_translation(steps, Default::default(), (steps - DVec3::ONE) * 0.5);
@@ -23,7 +24,7 @@ impl Volume {
     }
 }
 
-/// The mean of every block of `from` that makes a voxel of `to`, rounded.
+/// Rounded means of the blocks of `from` that make the voxels of `to`.
 fn means<T: Copy + Into<u32> + TryFrom<u32>>(values: &[T], from: UVec3, to: UVec3) -> Vec<T> {
     let [width, height, _] = from.to_array().map(|size| size as usize);
     let range = |at: u32, size: u32| (2 * at as usize)..((2 * at + 2).min(size) as usize);
@@ -63,7 +64,7 @@ mod tests {
         let half = volume.halved();
         assert_eq!(half.dimensions(), UVec3::new(3, 2, 1));
         assert_eq!(half.spacing_mm(), bevy::math::Vec3::new(2.0, 4.0, 3.0));
-        // Voxels 0, 1, 5 and 6; and, at the end of a row, 4 and 9 alone.
+        // The means of voxels 0, 1, 5 and 6, and of voxels 4 and 9 at the end of a row.
         assert_eq!(half.value_at(UVec3::ZERO), Some(3000.0));
         assert_eq!(half.value_at(UVec3::new(2, 0, 0)), Some(6500.0));
         let first = half.grid_to_patient().transform_point3(DVec3::ZERO);

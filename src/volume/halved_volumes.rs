@@ -8,18 +8,18 @@ use bevy::{
 
 use super::{Volume, budget::TooLarge};
 
-/// The volumes, by what they were made of and how often that was halved.
+/// Halved volumes, by their source volume and number of halvings.
 #[derive(Resource, Default)]
 pub(super) struct HalvedVolumes(HashMap<(AssetId<Volume>, u32), Halved>);
 
 enum Halved {
     Making(Task<Volume>),
-    /// Made, with the frames since when nobody has shown it.
+    /// Made, with the number of frames since an entity last showed the volume.
     Made(Handle<Volume>, u32),
 }
 
 impl HalvedVolumes {
-    /// A volume halved so many times, because of `reason`; `None` while it is being made.
+    /// The volume after `halvings` halvings, because of `reason`; `None` while it is being made.
     pub fn get(
         &mut self,
         id: AssetId<Volume>,
@@ -31,7 +31,7 @@ impl HalvedVolumes {
         let halved = self.0.entry((id, halvings)).or_insert_with(|| {
             let TooLarge { dimensions, limit, would_fit } = reason;
             warn!("{dimensions} voxels {limit}: {} are shown", would_fit.unwrap_or_default());
-            // Its voxels are shared, not copied.
+            // The clone shares the voxels.
             let volume = volume.clone();
             let halve = async move { (0..halvings).fold(volume, |volume, _| volume.halved()) };
             Halved::Making(AsyncComputeTaskPool::get().spawn(halve))
@@ -45,18 +45,18 @@ impl HalvedVolumes {
         }
     }
 
-    /// Forgets what was made of volumes that are others now.
+    /// Drops halved volumes whose source volume changed.
     pub fn forget(&mut self, modified: &HashSet<AssetId<Volume>>) {
         self.0.retain(|(id, _), _| !modified.contains(id));
     }
 
-    /// Keeps those that are shown, and frees the others.
+    /// Keeps halved volumes that are shown, and frees the others.
     pub fn keep(&mut self, shown: &HashSet<AssetId<Volume>>) {
         self.0.retain(|_, halved| match halved {
             Halved::Making(_) => true,
             Halved::Made(handle, unused) => {
                 *unused = if shown.contains(&handle.id()) { 0 } else { *unused + 1 };
-                // What shows it is inserted a frame later.
+                // The component that shows a volume is inserted a frame later.
                 *unused < 3
             }
         });

@@ -36,7 +36,7 @@ impl AssetLoader for VolumeLoader {
     }
 }
 
-/// Reads the volume of a header's file, and of another that it names.
+/// Reads a volume from its header's file, and from a data file that the header names.
 async fn read(
     reader: &mut dyn Reader,
     settings: &VolumeReadSettings,
@@ -68,12 +68,13 @@ async fn read(
     Err(missing.unwrap_or_else(|| at(&path, VolumeError::Truncated { expected_bytes: 1, found_bytes: 0 })))
 }
 
-/// Loads [`TransferFunction`]s from Slicer volume properties (`.vp`, `.vp.json`) and from RON (`.tf.ron`), told apart
-/// by what is in the file: see [`TransferFunction::from_bytes`].
+/// Loads [`TransferFunction`]s from Slicer volume properties (`.vp`, `.vp.json`) and from RON (`.tf.ron`).
+///
+/// The file's content tells the format: see [`TransferFunction::from_bytes`].
 #[derive(Default, TypePath)]
 pub struct TransferFunctionLoader;
 
-/// Why a transfer function file could not be loaded; the asset server adds the file's name.
+/// Reason why a transfer function file could not be loaded; the asset server adds the file's name.
 #[derive(Debug, thiserror::Error)]
 pub enum TransferFunctionLoadError {
     /// The file could not be read.

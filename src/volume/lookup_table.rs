@@ -1,4 +1,4 @@
-//! The transfer function of one volume as a table: what the GPU reads.
+//! The transfer function of one volume as a table for the GPU.
 
 use bevy::{
     color::{ColorToComponents, Srgba},
@@ -23,27 +23,27 @@ pub struct LookupTable {
     pub volume: Volume,
     /// The volume's grid.
     pub geometry: VolumeGeometry,
-    /// The transfer function that this was made of.
+    /// The transfer function that the table was baked from.
     pub(super) function: AssetId<TransferFunction>,
-    /// Counts changes.
+    /// Number of changes of the table.
     pub revision: u32,
-    /// Counts changes of the volume's data.
+    /// Number of changes of the volume's data.
     pub volume_revision: u32,
 }
 
 impl LookupTable {
-    /// Number of entries: a 12-bit CT keeps every intensity apart.
+    /// Number of entries: one for every intensity of a 12-bit CT.
     pub const ENTRIES: usize = 4096;
 
     pub(crate) fn bake(function: &TransferFunction, volume: &Volume) -> Self {
         let [lo, hi] = volume.stored_range().map(f64::from);
-        // Only where the function varies: a narrow window of a 16-bit volume gets all entries. One
-        // intensity more at either end, so that a step there has both its sides.
+        // Entries cover only the range in which the function varies: a narrow window of a 16-bit volume gets
+        // all of them. One more intensity at either end gives a step there both its sides.
         let ends = [function.points.first(), function.points.last()]
             .map(|point| point.map_or(0.0, |point| volume.to_stored(point.value as f64)));
         let start = (ends[0].min(ends[1]).floor() - 1.0).clamp(lo, hi);
         let end = (ends[0].max(ends[1]).ceil() + 1.0).clamp(lo, hi);
-        // Where there are entries enough, every stored intensity has one of its own.
+        // With enough entries, every stored intensity has its own entry.
         let (span, last) = (end - start, (Self::ENTRIES - 1) as f64);
         let step = if span <= last { (last / span.max(1.0)).floor().recip() } else { span / last };
         let entries = (0..Self::ENTRIES)

@@ -1,5 +1,4 @@
-//! What is shown: volumes, their files, transfer functions, and the components that put them into
-//! a scene.
+//! Volumes, their files and transfer functions, and the components that put volumes into a scene.
 
 mod asset;
 mod bake;
@@ -43,13 +42,13 @@ pub use transfer_function_error::TransferFunctionError;
 pub(crate) use volume3d::VolumeBox;
 pub use volume3d::{OcclusionReady, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 
-/// Where the volume plugin's systems run, in [`PostUpdate`].
+/// Sets of the volume plugin's systems, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum VolumeSystems {
-    /// It is decided which volume an entity shows: the one that it asks for, a smaller one, or still the one before.
+    /// Decides the volume that an entity shows: the requested volume, a smaller copy, or the volume before.
     Fit,
-    /// Transfer functions are baked into a [`LookupTable`] per volume.
+    /// Bakes transfer functions into a [`LookupTable`] per volume.
     Bake,
 }
 
@@ -73,8 +72,8 @@ impl Plugin for VolumePlugin {
             .add_observer(events::log_failures)
             .add_systems(
                 PostUpdate,
-                // Before asset events go out, so that what is made of a table reaches the renderer
-                // in the same frame as the table.
+                // Before asset events are sent, so that assets made from a table reach the renderer in the same
+                // frame as the table.
                 (
                     (
                         fit::fit_volumes.in_set(VolumeSystems::Fit),

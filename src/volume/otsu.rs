@@ -2,15 +2,15 @@
 
 use super::asset::{Intensities, Volume};
 
-/// The stored value, between two bins, that best parts a volume's histogram in two by Otsu's method.
+/// The stored value that best splits a volume's histogram in two by Otsu's method; it lies between two bins.
 pub(super) fn threshold(volume: &Volume) -> f64 {
     const BINS: usize = 256;
-    /// Voxels that are looked at, at most; more would not move the threshold.
+    /// Largest number of sampled voxels; more would not move the threshold.
     const SAMPLES: usize = 1 << 22;
     let [low, high] = volume.stored_range();
     let width = usize::from(high - low) + 1;
     let mut histogram = [0.0f64; BINS];
-    // Odd, so that a power of two of voxels per row does not put all samples in a few columns.
+    // The stride is odd: with a power of two of voxels per row, an even stride would sample few columns.
     let stride = (volume.intensities().len() / SAMPLES) | 1;
     let mut count = |stored: u16| {
         let bin = usize::from(stored.saturating_sub(low)) * BINS / width.max(BINS);
@@ -26,7 +26,7 @@ pub(super) fn threshold(volume: &Volume) -> f64 {
     let moment = |bins: &[f64]| bins.iter().enumerate().map(|(i, n)| i as f64 * n).sum::<f64>();
     let total_moment = moment(&histogram);
     let (mut below, mut below_moment) = (0.0, 0.0);
-    // The first and the last of equally good places: they span a gap in the histogram.
+    // The first and the last of equally good bins, which span a gap in the histogram.
     let (mut best, mut best_variance) = ([0.0; 2], -1.0);
     for (index, bin) in histogram.iter().enumerate() {
         below += bin;

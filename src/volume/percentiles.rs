@@ -2,24 +2,24 @@
 
 use super::{Volume, otsu};
 
-/// Values of a volume, sorted and parted by Otsu's threshold: what is around a body, and the body.
+/// Sorted values of a volume, split by Otsu's threshold: dark values around a body, bright values in it.
 pub(super) struct Percentiles {
     sorted: Vec<f64>,
-    /// How many are dark.
+    /// Number of dark values.
     dark: usize,
 }
 
 impl Percentiles {
-    /// Values that are looked at, at most; more would not move a percentile by much.
+    /// Largest number of sampled values; more would not move a percentile by much.
     const SAMPLES: usize = 1 << 19;
 
-    /// Of the histogram in which a peak is sought: wide enough that no bin falls between the values of eight bits.
+    /// Bins of the histogram for the peak: wide enough that no bin falls between 8-bit values.
     const BINS: usize = 64;
 
-    /// Of a volume.
+    /// Sorts and splits the values of a volume.
     pub fn of(volume: &Volume) -> Self {
         let voxels = volume.intensities();
-        // Odd, so that a power of two of voxels per row does not put all samples in a few columns.
+        // The stride is odd: with a power of two of voxels per row, an even stride would sample few columns.
         let stride = (voxels.len() / Self::SAMPLES) | 1;
         let stored = (0..voxels.len()).step_by(stride).filter_map(|index| voxels.get(index));
         let mut sorted: Vec<f64> = stored.map(|stored| volume.to_file_units(stored.into())).collect();
@@ -29,17 +29,17 @@ impl Percentiles {
         Self { sorted, dark }
     }
 
-    /// The value, in the file's units, that this share of the dark ones do not exceed.
+    /// The value, in file units, that this share of the dark values does not exceed.
     pub fn dark(&self, share: f64) -> f64 {
         Self::percentile(&self.sorted[..self.dark], share).unwrap_or_else(|| self.bright(0.0))
     }
 
-    /// The same of the bright ones.
+    /// The value, in file units, that this share of the bright values does not exceed.
     pub fn bright(&self, share: f64) -> f64 {
         Self::percentile(&self.sorted[self.dark..], share).unwrap_or_default()
     }
 
-    /// Where the peak of the bright values ends: above their most common one, from where on they are less than a
+    /// End of the peak of bright values: the first value above the most common value that is less than a
     /// tenth as common.
     pub fn end_of_peak(&self) -> f64 {
         let bright = &self.sorted[self.dark..];
@@ -52,7 +52,7 @@ impl Percentiles {
         low + end as f64 * width
     }
 
-    /// The value that this share of sorted ones do not exceed.
+    /// The value that this share of the sorted values does not exceed.
     fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
         let last = sorted.len().checked_sub(1)?;
         sorted.get((share * last as f64).round() as usize).copied()

@@ -7,12 +7,12 @@ use super::{ControlPoint, TransferFunction, Volume, VolumeGeometry, percentiles:
 
 /// A transfer function for a common examination, fitted to a volume.
 ///
-/// CT presets are in Hounsfield units (HU). A file that never falls below zero holds none, since air and fat
-/// lie below; air is then taken for -1000 HU, and the end of the peak of soft tissue in its histogram for 100.
-/// MR has no units: those presets lie between percentiles of the volume's intensities.
+/// CT presets are in Hounsfield units (HU). A file without negative values is not in HU, since air and fat lie below
+/// zero. Its air is then taken for -1000 HU, and the end of the soft-tissue peak in its histogram for 100. MR has no
+/// units: MR presets lie between percentiles of the volume's intensities.
 ///
 /// Opacity is per 350th of the volume's diagonal, about a millimetre for a head. So a mouse is as translucent
-/// as a man, and a halved volume looks like the whole one.
+/// as a man, and a halved volume looks like the whole volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Preset {
@@ -23,9 +23,9 @@ pub enum Preset {
     /// Vessels filled with contrast agent, red, and bones, ivory. Spongy bone is as dense as contrast agent, and
     /// red as well.
     CtVessels,
-    /// Lungs, airways and the vessels in them; the body around is hardly seen.
+    /// Lungs, airways and the vessels in them; the body around them is barely visible.
     CtLung,
-    /// The head of an MRI, opaque: scalp, and once it is carved away, grey and white matter.
+    /// An MRI of a head, opaque: scalp and, once the scalp is carved away, grey and white matter.
     MrHead,
     /// Bright blood of an MR angiography (time of flight or contrast agent), in a faint brain.
     MrAngiography,
@@ -49,7 +49,7 @@ impl Preset {
         }
     }
 
-    /// The preset for a volume, in the units of its file.
+    /// The preset's transfer function for a volume, in the units of the volume's file.
     pub fn transfer_function(&self, volume: &Volume) -> TransferFunction {
         let scale = self.scale(volume);
         let point =
@@ -75,7 +75,7 @@ impl Preset {
         }
     }
 
-    /// Where the preset's values lie among those of the file.
+    /// Scale from the preset's values to file units.
     fn scale(self, volume: &Volume) -> Scale {
         let values = Percentiles::of(volume);
         match self {
@@ -112,11 +112,11 @@ impl FromStr for Preset {
 /// Value in the preset's own scale, colour and opacity.
 type Point = (f64, [f32; 3], f32);
 
-/// Units of opacity in the volume's diagonal.
+/// Number of opacity unit distances in the volume's diagonal.
 const UNITS_IN_DIAGONAL: f64 = 350.0;
 
 const AIR_HU: f64 = -1000.0;
-/// Where soft tissue ends: above it there is bone, and contrast agent.
+/// End of soft tissue; bone and contrast agent lie above it.
 const END_OF_TISSUE_HU: f64 = 100.0;
 
 const SKIN: [f32; 3] = [0.90, 0.70, 0.58];
@@ -127,7 +127,7 @@ const BONE_SURFACE: [f32; 3] = [0.93, 0.86, 0.74];
 const BONE: [f32; 3] = [0.97, 0.94, 0.86];
 const ENAMEL: [f32; 3] = [1.0, 1.0, 0.98];
 const BLOOD: [f32; 3] = [0.86, 0.10, 0.07];
-/// Of an MRI, whose scalp and cortex have one value at their surface.
+/// Surface of scalp and cortex in an MRI, which have the same value.
 const ROSE: [f32; 3] = [0.94, 0.73, 0.64];
 const GREY_MATTER: [f32; 3] = [0.90, 0.74, 0.68];
 const WHITE_MATTER: [f32; 3] = [0.98, 0.94, 0.88];
@@ -147,7 +147,7 @@ const CT_SOFT_TISSUE: &[Point] = &[
     (1300.0, ENAMEL, 1.0),
 ];
 
-/// Blood is faint enough that the surface of a bone, which passes through its values within a voxel, is not red.
+/// Blood is faint: a bone's surface passes through its values within a voxel, and must not look red.
 const CT_VESSELS: &[Point] = &[
     (130.0, BLOOD, 0.0),
     (210.0, BLOOD, 0.1),
@@ -167,7 +167,7 @@ const CT_LUNG: &[Point] = &[
     (1000.0, BONE, 0.12),
 ];
 
-/// In medians: 0 is that of what is dark, 1 that of what is bright.
+/// Value 0 is the median of the dark values, 1 the median of the bright values.
 const MR_HEAD: &[Point] = &[
     (0.25, ROSE, 0.0),
     (0.5, ROSE, 0.6),
@@ -178,18 +178,18 @@ const MR_HEAD: &[Point] = &[
     (2.4, FAT, 1.0),
 ];
 
-/// 0 is the median of what is bright, 1 its 99.5th percentile.
+/// Value 0 is the median of the bright values, 1 their 99.5th percentile.
 const MR_ANGIOGRAPHY: &[Point] =
     &[(0.0, FLESH, 0.0), (0.5, FLESH, 0.01), (0.8, BLOOD, 0.5), (1.0, BLOOD, 0.95), (1.3, BLOOD, 1.0)];
 
-/// A linear scale: where it has zero, and how long its unit is, in the file's units.
+/// A linear scale: the place of its zero and the length of its unit, in file units.
 struct Scale {
     zero: f64,
     unit: f64,
 }
 
 impl Scale {
-    /// The scale that has two values at two places; of one place, as long a unit as the file's.
+    /// The scale with `low` at `at_low` and `high` at `at_high`; with the file's unit if `at_high` is not above.
     fn through([(low, at_low), (high, at_high)]: [(f64, f64); 2]) -> Self {
         let unit = (at_high - at_low) / (high - low);
         let unit = if unit > 0.0 { unit } else { 1.0 };

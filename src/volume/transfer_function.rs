@@ -1,4 +1,4 @@
-//! From values to colour and opacity.
+//! Transfer functions: from values to colour and opacity.
 
 use bevy::reflect::{Reflect, std_traits::ReflectDefault};
 use serde::{Deserialize, Serialize};
@@ -16,38 +16,38 @@ pub struct ControlPoint {
     pub value: f32,
     /// Red, green and blue, 0 to 1, as displayed (sRGB-encoded).
     pub color: [f32; 3],
-    /// How much of the light is stopped over
+    /// Share of the light that is stopped over
     /// [`opacity_unit_distance_mm`](TransferFunction::opacity_unit_distance_mm), 0 to 1.
     pub opacity: f32,
 }
 
-/// How opaque matter is where its value changes by so much.
+/// Opacity factor at one length of the value's gradient.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GradientPoint {
     /// Length of the value's gradient, in the volume file's units per millimetre.
     pub gradient: f32,
-    /// What the opacity is multiplied by, 0 to 1.
+    /// Factor on the opacity, 0 to 1.
     pub opacity: f32,
 }
 
 /// Colour and opacity for every value: linear between control points, constant beyond the outermost.
 ///
-/// The fields can be changed freely, as an editor does; nothing panics on what
-/// [`validate`](Self::validate) refuses, but it may not look as meant.
+/// The fields can be changed freely, as in an editor. Values that [`validate`](Self::validate) refuses cause
+/// no panic, but may not look as intended.
 #[derive(bevy::asset::Asset, Reflect, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TransferFunction {
-    /// The control points, sorted by value. Two at one value make a step.
+    /// Control points, sorted by value. Two points at one value make a step.
     pub points: Vec<ControlPoint>,
-    /// Length of matter, in millimetres, over which it has the opacity that the points say.
+    /// Length of matter, mm, over which it has the opacity of the points.
     #[serde(default = "one")]
     pub opacity_unit_distance_mm: f32,
-    /// Opacity by gradient, sorted by gradient, linear between points; none where it does not count.
+    /// Opacity by gradient, sorted by gradient, linear between points; empty if the gradient has no effect.
     ///
-    /// It is kept as read and written, but not yet drawn.
+    /// This field is read and written, but not yet drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gradient_opacity: Vec<GradientPoint>,
 }
@@ -69,11 +69,11 @@ impl Default for TransferFunction {
 }
 
 impl TransferFunction {
-    /// Makes a transfer function from points in any order; points of one value keep theirs.
+    /// Makes a transfer function from points in any order; points of one value keep their order.
     ///
     /// # Errors
     ///
-    /// As [`validate`](Self::validate), but for the order.
+    /// As [`validate`](Self::validate), except for the order of points.
     pub fn new(
         mut points: Vec<ControlPoint>,
         opacity_unit_distance_mm: f32,
@@ -84,24 +84,25 @@ impl TransferFunction {
         Ok(function)
     }
 
-    /// Opacity zero up to the value `from`, `opacity` beyond `to`, linear between; one colour (sRGB-encoded).
-    /// The unit of length is one millimetre.
+    /// Makes a ramp of one colour (sRGB-encoded): opacity zero up to the value `from`, `opacity` beyond `to`, linear
+    /// between them. The unit of length is one millimetre.
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new). `from` may lie above `to`: low values are opaque then.
+    /// As [`new`](Self::new). `from` may lie above `to`; low values are then opaque.
     pub fn ramp(from: f32, to: f32, opacity: f32, color: [f32; 3]) -> Result<Self, TransferFunctionError> {
         let point = |value, opacity| ControlPoint { value, color, opacity };
         Self::new(vec![point(from, 0.0), point(to, opacity)], 1.0)
     }
 
-    /// Whether everything is as the fields say.
+    /// Checks that all fields hold valid values.
     ///
     /// # Errors
     ///
-    /// [`TransferFunctionError::Empty`]; [`TransferFunctionError::Point`] for the first point whose value or
-    /// gradient is not finite or below its predecessor's, or whose colour or opacity is not from 0 to 1;
-    /// [`TransferFunctionError::UnitDistance`].
+    /// - [`TransferFunctionError::Empty`] without control points.
+    /// - [`TransferFunctionError::Point`] for the first invalid point. Its value or gradient is not finite or is
+    ///   below its predecessor's, or its colour or opacity is not from 0 to 1.
+    /// - [`TransferFunctionError::UnitDistance`] if the unit of length is not finite and positive.
     pub fn validate(&self) -> Result<(), TransferFunctionError> {
         if self.points.is_empty() {
             return Err(TransferFunctionError::Empty);
@@ -129,13 +130,14 @@ impl TransferFunction {
 
     /// Red, green, blue (sRGB-encoded) and opacity at a value in file units.
     ///
-    /// At a step, those of its upper side; all zero where there are no points.
+    /// At a step, the result is that of the upper side. Without points it is all zero.
     pub fn sample(&self, value: f32) -> [f32; 4] {
         self.at(value.into())
     }
 
-    /// [`sample`](Self::sample)s at `entries` evenly spaced values, the first and the last of them at
-    /// the ends of `range` (file units). A single entry is at its lower end.
+    /// [`sample`](Self::sample)s at `entries` evenly spaced values.
+    ///
+    /// The first and the last value are the ends of `range` (file units). A single entry is at the lower end.
     pub fn lookup_table(&self, range: [f64; 2], entries: usize) -> Vec<[f32; 4]> {
         let steps = entries.saturating_sub(1).max(1) as f64;
         let [low, high] = range;
@@ -161,8 +163,9 @@ impl TransferFunction {
         }
     }
 
-    /// The lowest value at which it has half of its highest opacity, in file units: an isovalue for a surface
-    /// about where the eye sees one. `None` if it is transparent everywhere.
+    /// The lowest value, in file units, at which the opacity reaches half of its maximum.
+    ///
+    /// It is an isovalue for a surface about where the eye sees one. `None` if the function is transparent everywhere.
     pub fn isovalue(&self) -> Option<f32> {
         let half = 0.5 * self.points.iter().map(|point| point.opacity).fold(0.0, f32::max);
         let index = self.points.iter().position(|point| half > 0.0 && point.opacity >= half)?;
@@ -174,8 +177,10 @@ impl TransferFunction {
         Some(before.value + share * (reached.value - before.value))
     }
 
-    /// A first look at a volume of unknown content: what is above the threshold that best parts its
-    /// histogram in two (Otsu's) becomes opaque, in the colour of bone.
+    /// Makes a first transfer function for a volume of unknown content.
+    ///
+    /// Otsu's threshold splits the volume's histogram best in two. Values above it become opaque, in the colour
+    /// of bone.
     pub fn for_volume(volume: &Volume) -> Self {
         let [low, high] = volume.range();
         let threshold = volume.to_file_units(otsu::threshold(volume));
@@ -197,7 +202,7 @@ impl TransferFunction {
     }
 }
 
-/// Whether a point's place is finite and not below that of the point before, which it becomes.
+/// Checks that a point's value is finite and not below `before`, then stores it in `before`.
 fn check_order(
     index: usize,
     field: &'static str,
@@ -222,7 +227,7 @@ fn check_share(index: usize, field: &'static str, value: f32) -> Result<(), Tran
     Err(TransferFunctionError::Point { index, field, value, reason: "must be from 0 to 1" })
 }
 
-/// Linear between two nodes, exact at both.
+/// Interpolates linearly between two nodes; exact at both.
 pub(super) fn mix<const N: usize>(at: [f64; 2], outputs: [[f32; N]; 2], value: f64) -> [f32; N] {
     let width = at[1] - at[0];
     let t = if width > 0.0 { ((value - at[0]) / width).clamp(0.0, 1.0) } else { 1.0 };

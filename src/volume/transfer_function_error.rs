@@ -1,36 +1,36 @@
-//! Why there is no transfer function.
+//! Errors of transfer functions.
 
-/// Why values or a text make no transfer function.
+/// Reason why values or a text make no transfer function.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransferFunctionError {
     /// There are no control points.
     #[error("there are no control points")]
     Empty,
-    /// A control point, or one of the gradient's opacity, cannot be used.
+    /// A control point, or a point of the gradient opacity, cannot be used.
     #[error("control point {index}: {field} is {value}, {reason}")]
     Point {
-        /// Which one, counted from zero.
+        /// Index of the point, from zero.
         index: usize,
-        /// Which of its fields.
+        /// Name of the point's field.
         field: &'static str,
         /// The field's value.
         value: f32,
-        /// What it should be.
+        /// Condition that the value does not meet.
         reason: &'static str,
     },
     /// The opacity's unit of length is not a positive number.
     #[error("opacity_unit_distance_mm is {0}, must be finite and positive")]
     UnitDistance(f32),
-    /// The file or text is something else.
+    /// The file or text has another format.
     #[error(
         "{found}, not a transfer function: those of 3D Slicer (.vp, .vp.json) and in RON (.tf.ron) can be read"
     )]
     NotATransferFunction {
-        /// What it seems to be, with its article.
+        /// The likely format, with its article.
         found: &'static str,
     },
-    /// The text is not RON, or not that of a transfer function.
+    /// The text is not a transfer function in RON.
     #[error("not a transfer function in RON: {0}")]
     Ron(#[from] ron::error::SpannedError),
     /// The transfer function could not be written as RON.
@@ -45,9 +45,9 @@ pub enum TransferFunctionError {
     Slicer {
         /// The line at fault, counted from one.
         line: usize,
-        /// What was to be read there.
+        /// Name of the expected entry.
         field: &'static str,
-        /// What is wrong with it.
+        /// Reason why the entry cannot be read.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Transfer functions from files, and into one.
+//! Reading and writing of transfer function files.
 
 #[cfg(feature = "slicer")]
 use super::slicer;
@@ -6,12 +6,13 @@ use super::transfer_function::TransferFunction;
 use super::transfer_function_error::TransferFunctionError;
 
 impl TransferFunction {
-    /// Reads the bytes of a file, whatever it is called: a volume property of 3D Slicer in lines (`.vp`) or JSON
-    /// (`.vp.json`), or RON (`.tf.ron`).
+    /// Reads the bytes of a file in any readable format, whatever its name.
+    ///
+    /// The formats are volume properties of 3D Slicer in lines (`.vp`) or JSON (`.vp.json`), and RON (`.tf.ron`).
     ///
     /// # Errors
     ///
-    /// [`TransferFunctionError::NotATransferFunction`] says what the file seems to be instead; otherwise as
+    /// [`TransferFunctionError::NotATransferFunction`] names the likely format of another file. Otherwise as
     /// [`from_slicer_vp`](Self::from_slicer_vp) and [`from_ron`](Self::from_ron).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TransferFunctionError> {
         match Content::of(bytes)? {
@@ -21,7 +22,7 @@ impl TransferFunction {
         }
     }
 
-    /// Reads one written by [`to_ron`](Self::to_ron). The unit of length may be left out: 1 mm.
+    /// Reads a transfer function written by [`to_ron`](Self::to_ron). If the unit of length is left out, it is 1 mm.
     ///
     /// # Errors
     ///
@@ -33,7 +34,7 @@ impl TransferFunction {
         Ok(function)
     }
 
-    /// Writes it as text, in RON.
+    /// Writes the transfer function as text, in RON.
     ///
     /// # Errors
     ///
@@ -43,19 +44,20 @@ impl TransferFunction {
         Ok(ron::ser::to_string_pretty(self, pretty)?)
     }
 
-    /// Reads a volume property as 3D Slicer writes it, in lines (`.vp`) or, in newer versions, in JSON (`.vp.json`):
-    /// its opacity, gradient opacity and colour functions and its unit of length. Of several components in JSON the
-    /// first is read. Shading and interpolation have no counterpart here.
+    /// Reads a volume property of 3D Slicer, in lines (`.vp`) or, from newer versions, in JSON (`.vp.json`).
     ///
-    /// Every value at which the opacity or the colour has a node becomes a control point. Where JSON bends a function
-    /// between two nodes by a midpoint and a sharpness, as VTK does, points between follow it to 2.5 % of the step
-    /// from one node to the next; a sharpness above 0.99 is a step. Lines say no unit of length: Slicer's is then
-    /// 1 mm unless set in the scene, and so is this one's.
+    /// The reader takes the opacity, gradient opacity and colour functions and the unit of length. Of several
+    /// components in JSON, it takes the first. Shading and interpolation have no counterpart here.
+    ///
+    /// Every value at which the opacity or the colour has a node becomes a control point. JSON may bend a function
+    /// between two nodes by a midpoint and a sharpness, as VTK does. Points between the nodes then follow the curve to
+    /// 2.5 % of the step from one node to the next. A sharpness above 0.99 is a step. The format in lines has no unit
+    /// of length. Slicer's unit is then 1 mm unless set in the scene, and the unit here is also 1 mm.
     ///
     /// # Errors
     ///
-    /// [`TransferFunctionError::NotATransferFunction`] if it is something else, [`TransferFunctionError::Slicer`] with
-    /// the line, [`TransferFunctionError::SlicerJson`] with the place in the text, or as [`validate`](Self::validate).
+    /// [`TransferFunctionError::NotATransferFunction`] for another format, [`TransferFunctionError::Slicer`] with the
+    /// line, [`TransferFunctionError::SlicerJson`] with the place in the text, or as [`validate`](Self::validate).
     #[cfg(feature = "slicer")]
     pub fn from_slicer_vp(text: &str) -> Result<Self, TransferFunctionError> {
         let function = slicer::read(text).map_err(|error| unless_something_else(text, error))?;
@@ -64,12 +66,12 @@ impl TransferFunction {
     }
 }
 
-/// The error of a text, unless the text is of no known kind at all.
+/// The error of a text of a known format, else [`TransferFunctionError::NotATransferFunction`].
 fn unless_something_else(text: &str, error: impl Into<TransferFunctionError>) -> TransferFunctionError {
     Content::of(text.as_bytes()).err().unwrap_or_else(|| error.into())
 }
 
-/// What a transfer function's file begins like.
+/// Format of a transfer function's file, by its beginning.
 enum Content<'a> {
     Ron(&'a str),
     #[cfg(feature = "slicer")]
@@ -104,7 +106,7 @@ impl<'a> Content<'a> {
     }
 }
 
-/// What a file that is no text seems to be.
+/// Likely format of a binary file.
 fn binary(bytes: &[u8]) -> &'static str {
     let magics: [(&[u8], _); 6] = [
         (b"\x89PNG", "a PNG image"),

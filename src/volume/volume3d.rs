@@ -7,17 +7,17 @@ use bevy::{
 
 use super::{TransferFunction, Volume};
 
-/// World units per millimetre of a volume: 1 world unit is 1 m. A volume's [`Transform`] comes on top.
+/// World units per millimetre of a volume: 1 world unit is 1 m. A volume's [`Transform`] applies on top.
 pub const WORLD_UNITS_PER_MM: f32 = 0.001;
 
 /// Shows a [`Volume`] on this entity.
 ///
-/// The volume's centre is the entity's origin: x to the patient's left, y up (superior), z to the front
-/// (anterior), so that a patient faces a camera that looks along -z. A millimetre is [`WORLD_UNITS_PER_MM`]
-/// in the entity's space, so a [`Transform`] of scale 1 shows the volume at its size.
+/// The volume's centre is the entity's origin. The axes are x to the patient's left, y up (superior) and z to the front
+/// (anterior). So a patient faces a camera that looks along -z. A millimetre is [`WORLD_UNITS_PER_MM`] in the entity's
+/// space. So a [`Transform`] of scale 1 shows the volume at its true size.
 ///
-/// With the plugin it requires [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) and
-/// [`VolumeShading`](crate::occlusion::VolumeShading) as well.
+/// With the plugin the component also requires [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) and
+/// [`VolumeShading`](crate::occlusion::VolumeShading).
 ///
 /// The volume is drawn by a child of the entity; the plugin puts no mesh and no material on the entity itself.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq, Deref, DerefMut)]
@@ -87,12 +87,13 @@ impl AsAssetId for VolumeTransferFunction {
     }
 }
 
-/// Whether all that the shading of a [`Volume3d`] needs is there: `false` while the volume, the shaders or the meshes
-/// of its carvers are on their way to the GPU.
+/// Whether everything that the shading of a [`Volume3d`] needs is ready.
 ///
-/// What is computed is computed in the frame that shows it. Changes of the transfer function, of
-/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose make it `false` for a frame at most. A
-/// carver with a new mesh does so for the frames until it is known how many layers the mesh has.
+/// It is `false` while the volume, the shaders or the meshes of its carvers are on their way to the GPU.
+///
+/// Occlusion is computed in the frame that shows it. A change of the transfer function, of
+/// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose makes the value `false` for a frame
+/// at most. A carver with a new mesh makes it `false` until the mesh's layers are counted.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct OcclusionReady(pub bool);

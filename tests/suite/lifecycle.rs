@@ -2,10 +2,7 @@
 
 use bevy::{core_pipeline::Core3d, math::DVec3, prelude::*};
 use bevy_contextual_ao::{
-    diagnostics::{
-        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_MARK, SPAN_RANGES,
-        SPAN_RAY_CAST,
-    },
+    diagnostics::{SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_RANGES},
     prelude::*,
 };
 use contextual_ao_kit::mode::ShadingMode;
@@ -41,7 +38,7 @@ fn a_frame_at_rest_runs_no_pass_and_changes_no_pixel() {
     scene.headless.frame();
     scene.headless.frame();
     let moved = scene.status().passes;
-    for (span, jobs) in [(SPAN_DEPTH, 0), (SPAN_DILATE, 0), (SPAN_CLIP, 1), (SPAN_RAY_CAST, 1)] {
+    for (span, jobs) in [(SPAN_DEPTH, 0), (SPAN_DILATE, 0), (SPAN_CLIP, 1), (OcclusionRays::SPAN_CAST, 1)] {
         assert_eq!(moved.jobs(span) - before.jobs(span), jobs, "{span} when moved");
     }
     assert!(scene.headless.image() != image, "is the same");
@@ -120,7 +117,7 @@ fn compute_runs_once_for_two_cameras() {
     let after = scene.status().passes;
     assert_eq!(views(&scene) - views_before, 4, "two cameras, two frames");
     assert_eq!(after.jobs(SPAN_CLIP) - before.jobs(SPAN_CLIP), 1);
-    assert_eq!(after.jobs(SPAN_RAY_CAST) - before.jobs(SPAN_RAY_CAST), 1);
+    assert_eq!(after.jobs(OcclusionRays::SPAN_CAST) - before.jobs(OcclusionRays::SPAN_CAST), 1);
 
     fn views(scene: &TestScene) -> u32 {
         scene.headless.app.sub_app(bevy::render::RenderApp).world().resource::<Views>().0
@@ -259,7 +256,14 @@ fn progress_can_be_watched_and_ends_with_an_event() {
     // No pass runs for carvers' meshes or for other methods.
     scene.headless.frame();
     let passes = scene.status().passes;
-    let expected = [SPAN_RANGES, SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, SPAN_MARK, SPAN_RAY_CAST];
+    let expected = [
+        SPAN_RANGES,
+        SPAN_CULL,
+        SPAN_CLIP,
+        SPAN_DISTANCES,
+        OcclusionRays::SPAN_MARK,
+        OcclusionRays::SPAN_CAST,
+    ];
     assert_eq!(passes.spans().collect::<Vec<_>>(), expected);
 }
 

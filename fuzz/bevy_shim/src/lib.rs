@@ -1,4 +1,4 @@
-//! As much of Bevy as the readers name.
+//! The part of Bevy that the readers name.
 
 pub use glam as math;
 
@@ -10,7 +10,7 @@ pub mod reflect {
     pub use bevy_shim_derive::{Reflect, TypePath};
 
     pub mod std_traits {
-        /// Named by what derives `Reflect`.
+        /// Named by sources that derive `Reflect`.
         pub struct ReflectDefault;
     }
 }
@@ -19,7 +19,7 @@ pub mod log {
     pub use crate::warn;
 }
 
-/// Reads its arguments, and says nothing.
+/// Takes its arguments and logs nothing.
 #[macro_export]
 macro_rules! warn {
     ($($argument:tt)*) => {

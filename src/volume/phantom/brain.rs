@@ -35,7 +35,7 @@ pub(super) fn brain(p: Vec3, q: Vec3) -> Brain {
 
 /// Smooth outline of the cerebrum, without folds and in one piece.
 fn cerebrum_hull(q: Vec3) -> f32 {
-    // The tentorium separates it from the cerebellum below.
+    // The tentorium separates the cerebrum from the cerebellum below.
     smooth_cut(upper_cavity(q) + GAP, cerebellum_hull(q) - 2.6, 4.0)
 }
 
@@ -57,7 +57,7 @@ fn cerebrum(p: Vec3, q: Vec3) -> f32 {
     let hemisphere = at(if p.x < 0.0 { -24.0 } else { 24.0 }, -10.0, 42.0);
     let outwards = (p - hemisphere).normalize_or_zero();
     let sulcus = sulcus(p + outwards * (0.8 * depth.max(0.0)), depth);
-    // No folds in the deep brain, where the hull's distance is that to the bridge's rim.
+    // The deep brain has no folds: there the hull's distance is the distance to the bridge's rim.
     let sulcus = sulcus + 4.0 * ramp(4.0, -4.0, bridge);
     // A wide fillet makes the crowns of the gyri round.
     smooth_cut(hull, sulcus, 5.5)
@@ -69,7 +69,7 @@ fn sulcus(s: Vec3, depth: f32) -> f32 {
     let u = (s + 8.5 * warp) / 29.0;
     // A gyroid: its zero surface winds through space with an even spacing, as the sulci do.
     let gyroid = wave(u.x) * wave(u.y + 0.25) + wave(u.y) * wave(u.z + 0.25) + wave(u.z) * wave(u.x + 0.25);
-    // 29 mm / 2 pi turns the phase into millimetres; 1.3 is the gyroid's usual slope.
+    // 29 mm / 2 pi turns the phase into millimetres. 1.3 is the gyroid's usual slope.
     let from_middle = gyroid.abs() * (29.0 / TAU / 1.3);
     let bottom = 14.0 + 4.0 * noise(s / 13.0, 4);
     let open = 1.2 + 0.7 * ramp(5.0, 0.0, depth);

@@ -32,9 +32,9 @@ pub(super) fn mandible(q: Vec3) -> f32 {
     [chin, ramus, condyle, coronoid].into_iter().fold(d, |d, part| smooth_union(d, part, 5.0))
 }
 
-/// Distance to the teeth, (position along the arch, height) marking each of them.
+/// Distance to the teeth.
 pub(super) fn teeth(q: Vec3) -> f32 {
-    // Right half of the arch, from the incisor to the last molar.
+    // Right half of the arch, from the incisor to the last molar: x, y and radius of each tooth.
     const ROOTS: [(f32, f32, f32); 7] = [
         (4.2, 65.4, 3.6),
         (11.6, 62.2, 3.4),

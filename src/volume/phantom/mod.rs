@@ -1,10 +1,9 @@
 //! A head made by code: the demo volume, free of any patient's data.
 //!
 //! The head is modelled with signed distances in millimetres, from the skin inwards, and painted
-//! layer by layer into Hounsfield units. The values are ordered like the layers (air, skin, fat,
-//! muscle; fluid, cortex, white matter; vessels; spongy and hard bone, teeth): a voxel on the
-//! boundary of two layers mixes their values, and in this order the mixture seldom looks like a
-//! third tissue.
+//! layer by layer into Hounsfield units. The values are ordered like the layers: air, skin, fat, muscle; fluid,
+//! cortex, white matter; vessels; spongy and hard bone, teeth. A voxel on the boundary of two layers mixes
+//! their values. In this order the mixture seldom looks like a third tissue.
 
 mod brain;
 mod jaw;
@@ -36,7 +35,7 @@ mod tissue {
 
 /// Height of the generated volume.
 const HEIGHT_MM: f32 = 240.0;
-/// More voxels than this along the height would not fit into memory any more.
+/// Largest number of voxels along the height; more would not fit into memory.
 const MAX_VOXELS_HIGH: u32 = 1024;
 
 /// A generated computed tomography of a head.
@@ -55,7 +54,7 @@ pub struct HeadPhantom {
 
 /// Generates a head, `voxels_high` voxels (1 to 1024) from the neck's end to above the vertex.
 ///
-/// The work is spread over all processors and the result is the same on every machine. 160 voxels
+/// The work is spread over all processors. The result is the same on every machine. 160 voxels
 /// make a good demo of 120 x 144 x 160.
 pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
     let high = voxels_high.clamp(1, MAX_VOXELS_HIGH);
@@ -87,7 +86,7 @@ pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
     HeadPhantom { dimensions, spacing_mm, values }
 }
 
-/// What is needed to compute the value of any voxel.
+/// Inputs of every voxel's value.
 struct Scene {
     voxel: f32,
     vessels: Vessels,
@@ -111,7 +110,7 @@ impl Scene {
         }
         let cavity = skull::cavity(q);
         if cavity < -self.voxel {
-            // Behind the bone nothing of the outer layers can be seen: skip them.
+            // Behind the bone the outer layers cannot be seen: skip them.
             return self.contents(tissue::FLUID, p, q);
         }
         let bone = skull::bone(q, cavity);
@@ -155,7 +154,7 @@ impl Scene {
         // The border of the white matter is blurred, as in any real image.
         let white = tissue::WHITE_MATTER - tissue::GREY_MATTER;
         let white = white * ramp(0.8, -0.8, brain.white) * ramp(0.0, -self.voxel, brain.surface);
-        // A third of a voxel is added around vessels: the thin ones, too, then reach their full value.
+        // A third of a voxel is added around vessels, so that thin vessels also reach their full value.
         let vessel = self.vessels.distance(p) - 0.35 * self.voxel;
         self.paint_crisp(value + white, tissue::VESSEL, vessel)
     }

@@ -1,7 +1,7 @@
-//! Signed distances (negative inside, millimetres) and hash noise the phantom is modelled with.
+//! Signed distances (negative inside, millimetres) and hash noise that model the phantom.
 //!
-//! Only arithmetic and square roots are used: both are exactly specified by IEEE 754, so every
-//! machine generates the same head, which the library functions `sin` or `exp` do not promise.
+//! Only arithmetic and square roots are used. IEEE 754 specifies both exactly, so every machine generates
+//! the same head. The library functions `sin` or `exp` do not promise this.
 
 use bevy::math::{IVec3, Vec2, Vec3};
 
@@ -45,7 +45,7 @@ pub(super) fn capsule(p: Vec3, start: (Vec3, f32), end: (Vec3, f32)) -> f32 {
     (p - start.0 - axis * t).length() - (start.1 + (end.1 - start.1) * t)
 }
 
-/// Distance to the outline of a smooth tube through `points`, all of them (position, radius).
+/// Distance to the outline of a smooth tube through `points` of (position, radius).
 pub(super) fn tube(p: Vec3, points: &[(Vec3, f32)]) -> f32 {
     points.windows(2).map(|pair| capsule(p, pair[0], pair[1])).fold(f32::MAX, f32::min)
 }

@@ -11,7 +11,7 @@ pub(super) const EYE: Vec3 = at(30.0, 57.0, 10.0);
 /// Radius of the eyeball.
 pub(super) const EYE_RADIUS: f32 = 12.0;
 
-/// Distance to a hull around the whole head, cheap, to skip the air around it.
+/// Cheap distance to a hull around the whole head, to skip the air around it.
 pub(super) fn bound(q: Vec3) -> f32 {
     let head = ellipsoid(q, at(0.0, -4.0, 20.0), at(90.0, 135.0, 150.0));
     let neck = capsule(q, (at(0.0, -20.0, -30.0), 72.0), (at(0.0, -30.0, -160.0), 72.0));

@@ -41,7 +41,7 @@ pub(super) fn spinal_canal(q: Vec3) -> f32 {
     )
 }
 
-/// Distance to the bones taken as solid; `cavity` of the same place is hollowed out later.
+/// Distance to the bones, taken as solid. The brain case, at distance `cavity`, is hollowed out later.
 pub(super) fn bone(q: Vec3, cavity: f32) -> f32 {
     if cavity < 0.0 {
         // Inside the brain case: only the distance to the shell's inner side can matter.
@@ -161,7 +161,7 @@ fn septum(q: Vec3) -> f32 {
 /// Neck vertebrae: body, arch around the canal and processes.
 fn vertebrae(q: Vec3) -> f32 {
     if q.z > 0.0 {
-        // Out of reach.
+        // The vertebrae are out of reach.
         return 38.0;
     }
     const PITCH: f32 = 17.0;

@@ -45,7 +45,7 @@ fn skull_encloses_the_brain() {
     let centre = Vec3::new(3.0, -12.0, 44.0);
     let (mut hits, mut rays) = (0, 0);
     for i in 0..200_u8 {
-        // Evenly spread directions, without those to the foramen magnum.
+        // Evenly spread directions, without directions to the foramen magnum.
         let z = 1.0 - f32::from(i) / 200.0 * 1.4;
         let turn = f32::from(i) * 2.4;
         let direction = Vec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;

@@ -16,7 +16,7 @@ struct Segment {
     end: (Vec3, f32),
 }
 
-/// Tubes, sorted into a grid so that a look-up meets only the near ones.
+/// Tubes, sorted into a grid so that a look-up visits only near tubes.
 pub(super) struct Tubes {
     segments: Vec<Segment>,
     cells: Vec<Vec<u32>>,
@@ -24,7 +24,7 @@ pub(super) struct Tubes {
 }
 
 impl Tubes {
-    /// No tubes yet; none will get a radius below `thinnest`.
+    /// Makes an empty set. No tube will get a radius below `thinnest`.
     pub(super) fn new(thinnest: f32) -> Self {
         Self {
             segments: Vec::new(),
@@ -33,7 +33,7 @@ impl Tubes {
         }
     }
 
-    /// Distance to the nearest tube's wall, or some value of at least [`REACH`] if none is near.
+    /// Distance to the nearest tube's wall, or [`REACH`] if no tube is near.
     pub(super) fn distance(&self, p: Vec3) -> f32 {
         cell_index(cell_of(p))
             .and_then(|index| self.cells.get(index))
@@ -44,7 +44,7 @@ impl Tubes {
             .fold(REACH, f32::min)
     }
 
-    /// Adds a straight tube between two (position, radius).
+    /// Adds a straight tube between two points of (position, radius).
     pub(super) fn add(&mut self, start: (Vec3, f32), end: (Vec3, f32)) {
         let start = (start.0, start.1.max(self.thinnest));
         let end = (end.0, end.1.max(self.thinnest));
@@ -86,7 +86,7 @@ impl Tubes {
     }
 }
 
-/// The place `p` of the right side on `side`, 1 for right and -1 for left.
+/// Mirrors `p` from the right side to `side`: 1 for right, -1 for left.
 pub(super) fn mirror(p: Vec3, side: f32) -> Vec3 {
     at(p.x * side, p.y, p.z)
 }

@@ -186,7 +186,7 @@ impl Vessels {
     /// Grows a vessel over the shape of the brain case, bending and branching on its way.
     fn grow(&mut self, tip: Tip) {
         const STEP: f32 = 4.0;
-        // A work list instead of recursion, with a limit, so that it ends in any case.
+        // A work list with a limit replaces recursion, so that growth ends in any case.
         let mut tips = vec![tip];
         let mut budget = 90;
         while let Some(mut tip) = tips.pop() {
@@ -235,7 +235,7 @@ struct Tip {
     position: Vec3,
     towards: Vec3,
     radius: f32,
-    /// Distance to the inside of the brain case the vessel keeps.
+    /// Distance that the vessel keeps to the inside of the brain case.
     level: f32,
     seed: u32,
 }

@@ -3,7 +3,7 @@
 use super::header::{ByteSkip, Components, GridHeader, ScalarType};
 use crate::volume::error::VolumeError;
 
-/// The bytes, little-endian, of the chosen component's voxels, which are written as text: numbers separated by
+/// Parses the text of the chosen component's voxels into little-endian bytes. The text is numbers separated by
 /// white space or commas.
 pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeError> {
     let ByteSkip::FromStart(skip) = header.byte_skip else {
@@ -33,7 +33,7 @@ pub(super) fn parse(header: &GridHeader, data: &[u8]) -> Result<Vec<u8>, VolumeE
     Ok(voxels)
 }
 
-/// Appends one number's bytes, or is `None` where the word is no such number.
+/// Appends one number's bytes; `None` if the word is no number of the type.
 fn push(scalar: ScalarType, word: &[u8], voxels: &mut Vec<u8>) -> Option<()> {
     let word = std::str::from_utf8(word).ok()?;
     macro_rules! push {

@@ -1,4 +1,4 @@
-//! From a checked header and the data's bytes to a volume.
+//! Decodes a volume from a checked header and the data's bytes.
 
 use std::borrow::Cow;
 use std::io::{self, Read};
@@ -12,12 +12,12 @@ use crate::volume::{
     error::VolumeError,
 };
 
-/// Decodes the voxels of the component that `header` chose from `bytes`: all bytes of the file that they are in,
-/// which is the header's own where they are attached.
+/// Decodes the voxels of the component that `header` chose from `bytes`.
+///
+/// `bytes` are all bytes of the file with the voxels. For attached data, this is the header's own file.
 ///
 /// Voxels that are NaN or infinite become background: see [`Volume::background_voxels`]. Bytes after the last
-/// voxel are ignored. Memory grows with what the data really hold, whatever the
-/// header claims.
+/// voxel are ignored. Memory grows with the data themselves, whatever the header claims.
 pub(crate) fn decode(header: &GridHeader, bytes: &[u8]) -> Result<Volume, VolumeError> {
     let offset = match header.data {
         DataLocation::Attached { offset } => offset,
@@ -36,7 +36,7 @@ pub(crate) fn decode(header: &GridHeader, bytes: &[u8]) -> Result<Volume, Volume
             one_component(header, inflate(header, Members::new(data))?.into())
         }
     };
-    // Numbers from text were turned into bytes here, little end first.
+    // Numbers from text have become little-endian bytes.
     let big_endian = header.big_endian && header.encoding != Encoding::Ascii;
     let Rescale { slope, intercept } = header.rescale;
     let stored = store(header.scalar, big_endian, slope < 0.0, voxels)?;
@@ -46,12 +46,12 @@ pub(crate) fn decode(header: &GridHeader, bytes: &[u8]) -> Result<Volume, Volume
     Ok(volume.with_background_voxels(stored.background))
 }
 
-/// The bytes from `offset` on, less the lines that the header says to skip.
+/// The bytes from `offset` on, without the lines that the header skips.
 fn skip_lines<'a>(bytes: &'a [u8], offset: usize, header: &GridHeader) -> Result<&'a [u8], VolumeError> {
     let missing = || truncated(header.data_bytes(), 0);
     let mut at = offset;
     for _ in 0..header.line_skip {
-        // Ends with the bytes, however many lines are claimed.
+        // The loop ends with the bytes, however many lines the header claims.
         (_, at) = next_line(bytes, at).ok_or_else(missing)?;
     }
     bytes.get(at..).ok_or_else(missing)
@@ -61,7 +61,7 @@ fn truncated(expected_bytes: u64, found: usize) -> VolumeError {
     VolumeError::Truncated { expected_bytes, found_bytes: found as u64 }
 }
 
-/// Whether uncompressed data happen to begin with gzip's three bytes: only then is a separate file
+/// Whether data that begin with gzip's three bytes are uncompressed: only then is a separate file
 /// exactly as long as its voxels.
 fn is_exactly_raw(header: &GridHeader, data: &[u8]) -> bool {
     header.data == DataLocation::NiftiPair
@@ -69,9 +69,10 @@ fn is_exactly_raw(header: &GridHeader, data: &[u8]) -> bool {
         && data.len() as u64 == header.data_bytes()
 }
 
-/// Where in the data of all components the bytes are that must be read for the chosen one: how many to skip, and
-/// how many follow. Volumes that follow each other are skipped; of interleaved ones, and of those whose place is
-/// known from the end alone, all are needed.
+/// Number of bytes to skip and to read, in the data of all components, for the chosen component.
+///
+/// Of volumes that follow each other, only the chosen volume is read. Interleaved volumes are read together,
+/// and so are volumes whose place is known only from the end of the data.
 fn part(header: &GridHeader) -> (u64, u64) {
     if header.run() == header.voxels() && header.byte_skip != ByteSkip::FromEnd {
         (header.components.index * header.volume_bytes(), header.volume_bytes())
@@ -80,14 +81,14 @@ fn part(header: &GridHeader) -> (u64, u64) {
     }
 }
 
-/// The chosen component's bytes of the [`part`] that was read.
+/// The chosen component's bytes in the [`part`] that was read.
 fn one_component<'a>(header: &GridHeader, part: Cow<'a, [u8]>) -> Cow<'a, [u8]> {
     let Components { count, index, .. } = header.components;
     let run_bytes = header.run() * header.scalar.bytes();
     if part.len() as u64 == header.volume_bytes() {
         return part;
     }
-    // No longer than the part, whose bytes are there.
+    // Each length is at most the part's, whose bytes are in memory.
     let [run, round, start] = [run_bytes, run_bytes * count, run_bytes * index].map(|bytes| bytes as usize);
     let mut voxels = Vec::with_capacity(header.volume_bytes() as usize);
     part.chunks_exact(round).for_each(|round| voxels.extend_from_slice(&round[start..start + run]));
@@ -111,7 +112,7 @@ fn raw<'a>(header: &GridHeader, data: &'a [u8]) -> Result<&'a [u8], VolumeError>
         .ok_or_else(|| truncated(expected, rest.len()))
 }
 
-/// The bytes of the [`part`] of a compressed stream. Memory grows with what the stream really holds.
+/// The bytes of the [`part`] of a compressed stream. Memory grows with the stream itself.
 fn inflate(header: &GridHeader, mut stream: impl Read) -> Result<Vec<u8>, VolumeError> {
     let (skip, expected) = part(header);
     let mut voxels = Vec::new();
@@ -121,7 +122,7 @@ fn inflate(header: &GridHeader, mut stream: impl Read) -> Result<Vec<u8>, Volume
             let result = skipped.and_then(|_| stream.by_ref().take(expected).read_to_end(&mut voxels));
             damaged_unless_short(result)?;
             if voxels.len() as u64 == expected {
-                // A little further, the decoder compares the checksum, if the stream ends there.
+                // Reading a little further makes the decoder compare the checksum, if the stream ends there.
                 damaged_unless_short(io::copy(&mut stream.take(1 << 16), &mut io::sink()))?;
             }
         }
@@ -133,12 +134,12 @@ fn inflate(header: &GridHeader, mut stream: impl Read) -> Result<Vec<u8>, Volume
     Ok(voxels)
 }
 
-/// The last `count` bytes of a stream; fewer where it is shorter.
+/// Keeps the last `count` bytes of a stream, or fewer if the stream is shorter.
 fn keep_last(voxels: &mut Vec<u8>, count: u64, mut stream: impl Read) -> Result<(), VolumeError> {
     loop {
-        // Only about twice as many are ever kept.
+        // Memory holds at most about twice as many bytes.
         let result = stream.by_ref().take(count.max(1 << 16)).read_to_end(voxels);
-        // The last bytes of a stream that is cut off are not the data's.
+        // The last bytes of a stream that is cut off are not the last bytes of the data.
         let Some(read) = damaged_unless_short(result)? else {
             let reason = "the compressed stream is cut off".into();
             return Err(VolumeError::Damaged { reason });
@@ -151,7 +152,7 @@ fn keep_last(voxels: &mut Vec<u8>, count: u64, mut stream: impl Read) -> Result<
     }
 }
 
-/// `None` where a stream ends too early, which shows in how much was read; an error where it is damaged.
+/// `None` if a stream ends too early, which the number of bytes read shows; an error if it is damaged.
 fn damaged_unless_short<T>(result: io::Result<T>) -> Result<Option<T>, VolumeError> {
     match result {
         Ok(read) => Ok(Some(read)),
@@ -161,7 +162,7 @@ fn damaged_unless_short<T>(result: io::Result<T>) -> Result<Option<T>, VolumeErr
     }
 }
 
-/// Reads gzip members one after the other, and ends at the first bytes that begin none:
+/// Reads consecutive gzip members, and ends at the first bytes that begin no member:
 /// some programs pad the file.
 pub(super) struct Members<'a> {
     member: GzDecoder<&'a [u8]>,
@@ -186,7 +187,7 @@ impl Read for Members<'_> {
     }
 }
 
-/// Turns the file's numbers into stored ones. `falling` says that the file's unit has the opposite sign.
+/// Turns the file's numbers into stored values. `falling` says that the slope to file units is negative.
 fn store(
     scalar: ScalarType,
     big_endian: bool,

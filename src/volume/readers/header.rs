@@ -1,4 +1,4 @@
-//! What every format's header is reduced to, and the checks that they share.
+//! The common header of all formats, and the checks that they share.
 
 use bevy::math::{DAffine3, DVec3, UVec3};
 
@@ -7,11 +7,11 @@ use crate::volume::{
     error::VolumeError,
 };
 
-/// Voxels that a volume may have along one axis.
+/// Largest number of voxels of a volume along one axis.
 pub(crate) const MAX_AXIS: u64 = 65_535;
-/// Voxels that a volume may have in all.
+/// Largest number of voxels of a volume.
 pub(crate) const MAX_VOXELS: u64 = 1 << 33;
-/// Voxels that all components of a file may have together.
+/// Largest number of voxels of all components of a file together.
 const MAX_FILE_VOXELS: u64 = 1 << 48;
 
 /// The number type of voxels in a file.
@@ -41,71 +41,71 @@ impl ScalarType {
     }
 }
 
-/// How the voxels are written.
+/// Encoding of the voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
-    /// As they are.
+    /// Plain bytes.
     Raw,
-    /// As they are, unless the data begin as gzip does: NIfTI says it in the file's name only.
+    /// Plain bytes, or gzip if the data begin like gzip: NIfTI tells gzip by the file's name only.
     RawOrGzip,
     /// Gzip, in one or several members.
     Gzip,
-    /// A zlib stream, or gzip where the data begin so: MetaImage readers accept both.
+    /// A zlib stream, or gzip if the data begin like gzip: MetaImage readers accept both.
     Zlib,
     /// Numbers as text, separated by white space or commas.
     Ascii,
 }
 
-/// Which file the voxels are in.
+/// The file that holds the voxels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum DataLocation {
-    /// The header's own, from byte `offset` of it as it lies on disk.
+    /// The header's own file, from byte `offset` as it lies on disk.
     Attached { offset: usize },
-    /// Another, named relative to the header's folder; see [`check_data_file_name`].
+    /// Another file, named relative to the header's folder; see [`check_data_file_name`].
     Detached { file: String },
-    /// The one that differs from the header's in its ending: `.img` or `.img.gz`.
+    /// The file whose name differs from the header's in its ending: `.img` or `.img.gz`.
     NiftiPair,
 }
 
 /// Bytes before the first voxel, after decompression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ByteSkip {
-    /// This many are skipped.
+    /// Skips this many bytes.
     FromStart(u64),
-    /// All but as many as the voxels take (NRRD's and MetaImage's -1).
+    /// Skips all bytes but the last ones, which the voxels take (NRRD's and MetaImage's -1).
     FromEnd,
 }
 
-/// How the components of a file lie in it: volumes on one grid, of which one is read.
+/// Layout of a file's components: volumes on one grid, of which one is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Components {
-    /// How many there are; not zero.
+    /// Number of components; not zero.
     pub(crate) count: u64,
-    /// The one that is read, counted from zero.
+    /// Index of the component that is read, from zero.
     pub(crate) index: u64,
-    /// Whole axes of the grid that come before the components': 0 where they alternate voxel by voxel, 3 where
+    /// Number of whole grid axes before the component axis: 0 if components alternate voxel by voxel, 3 if
     /// one volume follows the other.
     pub(crate) axes_before: usize,
 }
 
-/// A grid as a file's header describes it, checked: decoding it can fail on the data only.
+/// A checked grid from a file's header: decoding can fail only on the data.
 #[derive(Clone, Debug)]
 pub(crate) struct GridHeader {
     /// Voxels along x, y and z.
     pub(crate) dimensions: UVec3,
-    /// The volumes in the file, and the one to read.
+    /// The volumes in the file, and the volume to read.
     pub(crate) components: Components,
-    /// The voxels' type.
+    /// The voxels' number type.
     pub(crate) scalar: ScalarType,
-    /// Whether their most significant byte comes first.
+    /// Whether a voxel's most significant byte comes first.
     pub(crate) big_endian: bool,
-    /// How they are written.
+    /// Encoding of the voxels.
     pub(crate) encoding: Encoding,
-    /// From voxel index to patient millimetres, RAS+.
+    /// Transform from voxel index to patient millimetres, RAS+.
     pub(crate) grid_to_patient: DAffine3,
-    /// From the file's numbers to its units.
+    /// Conversion from the file's numbers to its units.
     pub(crate) rescale: Rescale,
-    /// Where they are.
+    /// The file that holds the voxels.
     pub(crate) data: DataLocation,
     /// Lines to skip first, before decompression.
     pub(crate) line_skip: u64,
@@ -114,7 +114,7 @@ pub(crate) struct GridHeader {
 }
 
 impl GridHeader {
-    /// Checks what [`Volume::new`](crate::volume::Volume::new) would refuse only after the data were decoded.
+    /// Checks the conditions of [`Volume::new`](crate::volume::Volume::new) before the data are decoded.
     pub(crate) fn checked(self) -> Result<Self, VolumeError> {
         let voxels = self.voxels().checked_mul(self.components.count);
         if voxels.is_none_or(|voxels| voxels > MAX_FILE_VOXELS) {
@@ -131,28 +131,28 @@ impl GridHeader {
         Ok(self)
     }
 
-    /// Voxels of the grid.
+    /// Number of voxels of the grid.
     pub(crate) fn voxels(&self) -> u64 {
         self.dimensions.to_array().into_iter().map(u64::from).product()
     }
 
-    /// Bytes that the voxels of one component take, decompressed. At most 2^36.
+    /// Decompressed bytes of one component's voxels, at most 2^36.
     pub(crate) fn volume_bytes(&self) -> u64 {
         self.voxels() * self.scalar.bytes()
     }
 
-    /// Bytes that the voxels of all components take, decompressed. At most 2^51.
+    /// Decompressed bytes of all components' voxels, at most 2^51.
     pub(crate) fn data_bytes(&self) -> u64 {
         self.volume_bytes() * self.components.count
     }
 
-    /// Voxels of one component that follow each other in the file.
+    /// Number of voxels of one component that follow each other in the file.
     pub(crate) fn run(&self) -> u64 {
         self.dimensions.to_array().into_iter().take(self.components.axes_before).map(u64::from).product()
     }
 }
 
-/// The grid's size, if there are three axes of sensible length.
+/// The grid's dimensions, if there are three axes of valid length.
 pub(crate) fn checked_dimensions(sizes: &[u64]) -> Result<UVec3, VolumeError> {
     let error = |reason: String| VolumeError::Dimensions { sizes: sizes.to_vec(), reason };
     let &[x, y, z] = sizes else {
@@ -171,12 +171,12 @@ pub(crate) fn checked_dimensions(sizes: &[u64]) -> Result<UVec3, VolumeError> {
     Ok(dimensions)
 }
 
-/// Whether a data file's name stays in the header's folder or below it.
+/// Checks that a data file's name stays in the header's folder or below it.
 ///
-/// A header comes from anywhere; it must not make a program read other files of its user.
+/// A header may come from anywhere. It must not make a program read other files of its user.
 pub(crate) fn check_data_file_name(file: &str) -> Result<(), VolumeError> {
     let error = |reason| Err(VolumeError::field("data file", file, reason));
-    // Both kinds of separator count: the header may come from, or be read on, either system.
+    // Both separators count: the header may be written or read on either system.
     let is_separator = |c| c == '/' || c == '\\';
     if file.is_empty() || file.ends_with(is_separator) {
         return error("names no file");
@@ -194,13 +194,13 @@ pub(crate) fn check_data_file_name(file: &str) -> Result<(), VolumeError> {
     Ok(())
 }
 
-/// A transform in a format's patient axes, turned to RAS+ by flipping x, y or both.
+/// Turns a transform in a format's patient axes to RAS+ by flipping x, y or both.
 pub(crate) fn to_ras(grid_to_patient: DAffine3, flip_x: bool, flip_y: bool) -> DAffine3 {
     let sign = |flip| if flip { -1.0 } else { 1.0 };
     DAffine3::from_scale(DVec3::new(sign(flip_x), sign(flip_y), 1.0)) * grid_to_patient
 }
 
-/// The next line of `bytes` from `at` on, without its ending, and where the line after it begins.
+/// The next line of `bytes` from `at` on, without its ending, and the start of the line after it.
 /// `None` at the end of the bytes.
 pub(crate) fn next_line(bytes: &[u8], at: usize) -> Option<(&[u8], usize)> {
     let rest = bytes.get(at..).filter(|rest| !rest.is_empty())?;
@@ -210,7 +210,7 @@ pub(crate) fn next_line(bytes: &[u8], at: usize) -> Option<(&[u8], usize)> {
     Some((line.strip_suffix(b"\r").unwrap_or(line), next))
 }
 
-/// Whitespace-separated numbers of a header field.
+/// Parses whitespace-separated numbers of a header field.
 pub(crate) fn parse_numbers<T: std::str::FromStr>(
     field: &'static str,
     text: &str,
@@ -221,7 +221,7 @@ pub(crate) fn parse_numbers<T: std::str::FromStr>(
         .ok_or_else(|| VolumeError::field(field, text, "not a list of numbers"))
 }
 
-/// Exactly so many whitespace-separated numbers of a header field.
+/// Parses exactly `count` whitespace-separated numbers of a header field.
 pub(crate) fn parse_count(field: &'static str, text: &str, count: usize) -> Result<Vec<f64>, VolumeError> {
     let numbers = parse_numbers(field, text)?;
     if numbers.len() != count {

@@ -4,12 +4,12 @@ use crate::volume::error::VolumeError;
 
 /// Millimetres in the unit that a header field names.
 ///
-/// Names and symbols are read in any case, singular or plural, in British or American spelling. A millimetre stands
-/// for a length that the header calls unknown, or counts in voxels.
+/// Names and symbols are read in any case, singular or plural, in British or American spelling. A unit that the
+/// header calls unknown, or a voxel, counts as a millimetre.
 ///
 /// # Errors
 ///
-/// [`VolumeError::Field`] names the field and a unit that is unknown.
+/// [`VolumeError::Field`] names the field and a unit that is not known.
 pub(super) fn millimetres(field: &'static str, unit: &str) -> Result<f64, VolumeError> {
     let name = unit.trim().to_lowercase();
     let known = match name.as_str() {
@@ -23,7 +23,7 @@ pub(super) fn millimetres(field: &'static str, unit: &str) -> Result<f64, Volume
     known.ok_or_else(|| VolumeError::field(field, unit, "not a known unit of length"))
 }
 
-/// Millimetres in a metre with a prefix, in lower case.
+/// Millimetres in a metre with a prefix; `name` is in lower case.
 fn metric(name: &str) -> Option<f64> {
     let metre = ["metres", "meters", "metre", "meter", "m"];
     Some(match metre.iter().find_map(|metre| name.strip_suffix(metre))? {

@@ -15,12 +15,14 @@ use crate::volume::{
 
 /// Reads the header at the beginning of a MetaImage file.
 ///
-/// Its space is LPS, as ITK has it.
+/// The file's space is LPS, as in ITK.
 ///
 /// # Errors
 ///
-/// Where the file is not MetaImage, a field is missing or senseless, the image is not three-dimensional, has several
-/// channels, or holds several volumes of which the settings choose none, or the data are in several files.
+/// - The file is not MetaImage, or a field is missing or invalid.
+/// - The image is not three-dimensional or has several channels.
+/// - The image holds several volumes and the settings choose none.
+/// - The data are in several files.
 pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridHeader, VolumeError> {
     let fields = Fields::read(bytes)?;
     if let Some(kind) = fields.get("ObjectType")
@@ -75,7 +77,7 @@ pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridH
     .checked()
 }
 
-/// The header's fields as written, and where the bytes after it begin.
+/// The header's fields as written, and the start of the bytes after it.
 struct Fields {
     fields: Vec<(String, String)>,
     end: usize,
@@ -98,7 +100,7 @@ impl Fields {
                 return Err(VolumeError::field("header line", line, "no field"));
             };
             fields.push((name.trim().to_owned(), value.trim().to_owned()));
-            // By the standard the last field: data may follow.
+            // The standard makes this the last field: data may follow.
             if name.trim().eq_ignore_ascii_case("ElementDataFile") {
                 break;
             }
@@ -110,7 +112,7 @@ impl Fields {
         Ok(fields)
     }
 
-    /// The value of a field, in whatever case its name is written.
+    /// The value of a field, whatever the case of its name.
     fn get(&self, name: &str) -> Option<&str> {
         let mut found = self.fields.iter().rev();
         found.find(|(field, _)| field.eq_ignore_ascii_case(name)).map(|(_, value)| value.as_str())
@@ -120,7 +122,7 @@ impl Fields {
         self.get(name).ok_or_else(|| VolumeError::field(name, "", "the field is missing"))
     }
 
-    /// The first of the names that there is, as so many numbers.
+    /// The first present field of `names`, as `count` numbers.
     fn numbers(&self, names: &[&'static str], count: usize) -> Result<Option<Vec<f64>>, VolumeError> {
         names.iter().find_map(|name| self.get(name).map(|text| parse_count(name, text, count))).transpose()
     }
@@ -142,7 +144,7 @@ impl Fields {
         }
     }
 
-    /// The first of the names that there is, as truth value.
+    /// The first present field of `names`, as a truth value.
     fn flag(&self, names: &[&'static str]) -> Result<Option<bool>, VolumeError> {
         let Some((name, text)) = names.iter().find_map(|name| self.get(name).map(|text| (*name, text)))
         else {
@@ -155,12 +157,12 @@ impl Fields {
         }
     }
 
-    /// From indices along the first three of so many axes to RAS+ millimetres.
+    /// Transform from indices along the first three of `axes` axes to RAS+ millimetres.
     fn grid_to_patient(&self, axes: usize) -> Result<DAffine3, VolumeError> {
         let first_three = |numbers: &[f64]| DVec3::from_slice(&numbers[..3]);
         let spacing = self.numbers(&["ElementSpacing", "ElementSize"], axes)?;
         let spacing = spacing.map_or(DVec3::ONE, |spacing| first_three(&spacing));
-        // As many numbers as axes after each other: the directions of the grid's axes.
+        // Every group of `axes` numbers is the direction of one axis of the grid.
         let directions = self.numbers(&["TransformMatrix", "Orientation", "Rotation"], axes * axes)?;
         let directions = directions.map_or(DMat3::IDENTITY, |all| {
             let column = |index: usize| first_three(&all[index * axes..]);
@@ -196,7 +198,7 @@ impl Fields {
     }
 }
 
-/// Whether a field tells the format, which has no magic number: every header has one of these.
+/// Whether a field tells the format, which has no magic number. Every header has one of these fields.
 fn is_signature((name, _): &(String, String)) -> bool {
     name.eq_ignore_ascii_case("ObjectType") || name.eq_ignore_ascii_case("NDims")
 }

@@ -1,8 +1,8 @@
 //! Reads volumes from NIfTI, NRRD and MetaImage files.
 //!
-//! Each format's module turns a header into the common [`GridHeader`]; [`decode`](decode::decode)
-//! turns that and the data into a [`Volume`]. The two steps are apart so that a loader that reads
-//! asynchronously can fetch a separate data file in between.
+//! Each format's module turns a header into the common [`GridHeader`]. [`decode`](decode::decode)
+//! turns this header and the data into a [`Volume`]. The two steps are apart so that an asynchronous
+//! loader can fetch a separate data file in between.
 
 mod ascii;
 pub(crate) mod decode;
@@ -44,7 +44,7 @@ use super::error::{VolumeError, VolumeFileError};
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// NIfTI-1 and NIfTI-2: `.nii`, `.nii.gz`, or `.hdr` and `.img`, each perhaps with `.gz`.
+    /// NIfTI-1 and NIfTI-2: `.nii`, `.nii.gz`, or `.hdr` and `.img`, each optionally with `.gz`.
     Nifti,
     /// NRRD 1 to 5: `.nrrd`, or `.nhdr` with a data file.
     Nrrd,
@@ -53,7 +53,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// The format that a file's name ends like, in either case.
+    /// The format by the ending of a file's name, in upper or lower case.
     pub(crate) fn of(path: &Path) -> Result<Self, VolumeError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.to_ascii_lowercase();
@@ -70,7 +70,7 @@ impl Format {
         }
     }
 
-    /// The Cargo feature with which it is read.
+    /// The Cargo feature of the format's reader.
     #[cfg(not(all(feature = "nifti", feature = "nrrd", feature = "meta_image")))]
     fn feature(self) -> &'static str {
         match self {
@@ -100,8 +100,8 @@ impl Format {
     }
 }
 
-/// Paths at which the data of the header at `header_path` may be, likeliest first: none where they are
-/// in the header's own file. All are in the header's folder or below it.
+/// Possible paths of the data file of the header at `header_path`, likeliest first. There are none if the
+/// data are in the header's own file. All are in the header's folder or below it.
 pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> Vec<PathBuf> {
     match &header.data {
         DataLocation::Attached { .. } => Vec::new(),
@@ -122,22 +122,23 @@ pub(crate) fn data_file_candidates(header_path: &Path, header: &GridHeader) -> V
     }
 }
 
-/// Reads a volume from a NIfTI, NRRD or MetaImage file, told apart by the file's name:
-/// `.nii`, `.nii.gz`, `.hdr`, `.hdr.gz`, `.nrrd`, `.nhdr`, `.mha` or `.mhd`.
+/// Reads a volume from a NIfTI, NRRD or MetaImage file.
+///
+/// The file's name tells the format: `.nii`, `.nii.gz`, `.hdr`, `.hdr.gz`, `.nrrd`, `.nhdr`, `.mha` or `.mhd`.
 ///
 /// The data file of a header that names one is read too; it must be in the header's folder or below it.
 /// A warning in the log says how many voxels are no numbers, if any: see [`Volume::background_voxels`].
-/// This blocks: in an app, load the file as an asset instead.
+/// This function blocks: in an app, load the file as an asset instead.
 ///
 /// # Errors
 ///
-/// [`VolumeFileError`] names the file and what is wrong with it. Nothing in a file makes this panic, and
-/// memory grows with what the file really holds, decompressed, not with what its header claims.
+/// [`VolumeFileError`] names the file and the cause. No content of a file makes this function panic. Memory
+/// grows with the file's decompressed content, whatever its header claims.
 pub fn read_volume_file(path: &Path) -> Result<Volume, VolumeFileError> {
     read_volume_file_with(path, &VolumeReadSettings::default())
 }
 
-/// As [`read_volume_file`], with a choice: which volume of a file that holds several.
+/// Reads a volume as [`read_volume_file`] does, with settings.
 ///
 /// # Errors
 ///
@@ -161,7 +162,7 @@ pub fn read_volume_file_with(path: &Path, settings: &VolumeReadSettings) -> Resu
     Ok(settings.halve(volume))
 }
 
-/// Says in the log how many voxels of a file are no numbers, if any.
+/// Logs a warning with the number of voxels of a file that are no numbers, if any.
 pub(crate) fn warn_of_background(path: &Path, volume: &Volume) {
     let count = volume.background_voxels();
     if count > 0 {

@@ -1,4 +1,4 @@
-//! NIfTI headers of both versions: `.nii`, `.hdr`, each perhaps gzipped as a whole.
+//! NIfTI headers of both versions: `.nii`, `.hdr`, each optionally gzipped as a whole.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -14,8 +14,9 @@ use crate::volume::{asset::Rescale, error::VolumeError};
 ///
 /// # Errors
 ///
-/// Where the header is cut off, not NIfTI or senseless, or the image is not three-dimensional, is not of one number
-/// per voxel, or holds several volumes of which the settings choose none.
+/// - The header is cut off, invalid or not NIfTI.
+/// - The image is not three-dimensional or has several numbers per voxel.
+/// - The image holds several volumes and the settings choose none.
 pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridHeader, VolumeError> {
     let fields = fields(&header_bytes(bytes)?)?;
     let scalar = scalar_type(&fields)?;
@@ -42,9 +43,9 @@ pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridH
     .checked()
 }
 
-/// The header's bytes, decompressed: fewer where the file is shorter.
+/// The header's decompressed bytes; fewer if the file is shorter.
 fn header_bytes(bytes: &[u8]) -> Result<Cow<'_, [u8]>, VolumeError> {
-    // Whether a file is gzipped shows in its first bytes; its name may lie.
+    // The first bytes tell whether a file is gzipped; its name may be wrong.
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(Cow::Borrowed(bytes));
     }
@@ -57,7 +58,7 @@ fn header_bytes(bytes: &[u8]) -> Result<Cow<'_, [u8]>, VolumeError> {
     }
 }
 
-/// The fields of a header's bytes, of whichever version they are.
+/// The fields of a header of either version.
 fn fields(bytes: &[u8]) -> Result<Fields, VolumeError> {
     // Both versions begin with the header's own size.
     let size = bytes.first_chunk().copied().unwrap_or_default();
@@ -72,7 +73,7 @@ fn fields(bytes: &[u8]) -> Result<Fields, VolumeError> {
     if expected == VERSION_1_BYTES { Fields::version_1(bytes) } else { nifti2::fields(bytes) }
 }
 
-/// The three sizes, and how many volumes of them the other axes make.
+/// The grid's three sizes, and the number of volumes that the other axes make.
 fn sizes(fields: &Fields) -> Result<([u64; 3], u64), VolumeError> {
     let error = |reason: String| {
         let sizes = fields.dim.iter().map(|&size| u64::try_from(size).unwrap_or(0)).collect();
@@ -120,7 +121,7 @@ fn scalar_type(fields: &Fields) -> Result<ScalarType, VolumeError> {
     })
 }
 
-/// The image that an intent makes of several values per voxel, if they belong together.
+/// Kind of the image if its intent makes a voxel's values belong together.
 fn vectors(intent_code: i32) -> Option<&'static str> {
     Some(match intent_code {
         1004 | 1005 => "an image of matrices",
@@ -134,25 +135,25 @@ fn vectors(intent_code: i32) -> Option<&'static str> {
     })
 }
 
-/// The first voxel's byte in the (decompressed) file with the data.
+/// Offset of the first voxel, bytes, in the (decompressed) file with the data.
 fn data_offset(fields: &Fields) -> Result<u64, VolumeError> {
     let (offset, first) = (fields.vox_offset, fields.first_data_byte);
-    // Whole numbers beyond 2^24 are not all floats, and no header is that long.
+    // Floats skip whole numbers beyond 2^24, and no header is that long.
     let valid = offset.fract() == 0.0 && (0.0..=16_777_216.0).contains(&offset);
     match (valid, offset as u64) {
-        // Some programs leave it at zero.
+        // Some programs leave the offset at zero.
         (true, 0) if fields.attached => Ok(first),
         (true, bytes) if !fields.attached || bytes >= first => Ok(bytes),
         _ => Err(VolumeError::field("vox_offset", offset, "not the place of data after the header")),
     }
 }
 
-/// The header's scaling; a slope of zero or NaN means that there is none.
+/// The header's scaling; a slope of zero or NaN means that there is no scaling.
 fn rescale(fields: &Fields) -> Rescale {
     let (slope, intercept) = (fields.scl_slope, fields.scl_inter);
     if slope == 0.0 || slope.is_nan() {
         return Rescale::default();
     }
-    // An intercept of NaN goes with a slope of NaN only.
+    // A NaN intercept is valid only without scaling; `checked` refuses it here.
     Rescale { slope, intercept }
 }

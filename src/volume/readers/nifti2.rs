@@ -3,14 +3,14 @@
 use super::nifti_fields::{Fields, not_nifti};
 use crate::volume::error::VolumeError;
 
-/// Bytes of the header, which it begins with.
+/// Bytes of the header, which begins with this number.
 pub(super) const HEADER_BYTES: i32 = 540;
 
 /// The fields of a header in either byte order.
 ///
 /// # Errors
 ///
-/// Where the magic is not that of NIfTI-2: its end shows damage by programs that take the file for text.
+/// If the magic is not NIfTI-2's. The magic's end shows damage by programs that take the file for text.
 pub(super) fn fields(bytes: &[u8]) -> Result<Fields, VolumeError> {
     let big_endian = bytes.starts_with(&HEADER_BYTES.to_be_bytes());
     let reader = Reader { bytes, big_endian };
@@ -45,7 +45,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The bytes from `at` on; zeros past the end, which [`Fields::read`] has ruled out.
+    /// The bytes from `at` on; zeros past the end. Callers have checked the header's length.
     fn bytes_at<const N: usize>(&self, at: usize) -> [u8; N] {
         self.bytes.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
     }

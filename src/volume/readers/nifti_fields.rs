@@ -8,13 +8,13 @@ use crate::volume::error::VolumeError;
 /// Bytes of a NIfTI-1 header.
 pub(super) const VERSION_1_BYTES: u64 = 348;
 
-/// The fields that matter here, as written.
+/// The fields that the reader uses, as written.
 #[derive(Debug)]
 pub(super) struct Fields {
     pub(super) big_endian: bool,
     /// Whether the data are in the header's file.
     pub(super) attached: bool,
-    /// The first byte that data in the header's file can be at: the header and four bytes of flags.
+    /// Lowest offset of data in the header's file: after the header and four bytes of flags.
     pub(super) first_data_byte: u64,
     pub(super) dim: [i64; 8],
     pub(super) intent_code: i32,
@@ -34,8 +34,10 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// The crate takes the byte order from the number of dimensions; the header's own size, which it does not look
-    /// at, must agree.
+    /// Reads the fields of a NIfTI-1 header.
+    ///
+    /// The `nifti` crate takes the byte order from the number of dimensions and ignores the header's own size.
+    /// The two must agree.
     pub(super) fn version_1(bytes: &[u8]) -> Result<Self, VolumeError> {
         let header = NiftiHeader::from_reader(bytes).map_err(|_| not_nifti())?;
         if header.sizeof_hdr as u64 != VERSION_1_BYTES {
@@ -62,13 +64,13 @@ impl Fields {
         })
     }
 
-    /// Where the data are.
+    /// The file that holds the data.
     pub(super) fn data_location(&self) -> DataLocation {
         if self.attached { DataLocation::Attached { offset: 0 } } else { DataLocation::NiftiPair }
     }
 }
 
-/// The error of a file that is something else.
+/// The error of a file that is not NIfTI.
 pub(super) fn not_nifti() -> VolumeError {
     VolumeError::NotThisFormat { expected: "a NIfTI file of version 1 or 2" }
 }

@@ -1,12 +1,13 @@
-//! Where the voxels of a NIfTI file are in the patient.
+//! Places of a NIfTI file's voxels in the patient.
 
 use bevy::math::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::nifti_fields::Fields;
 use crate::volume::error::VolumeError;
 
-/// From voxel indices to RAS+ millimetres, as NIfTI itself has it: the sform where there is one, else the qform, else
-/// the spacings alone.
+/// Transform from voxel indices to RAS+ millimetres, NIfTI's own axes.
+///
+/// It is the sform if the header has one, else the qform, else the spacings alone.
 pub(super) fn grid_to_patient(fields: &Fields) -> Result<DAffine3, VolumeError> {
     let in_units = if fields.sform_code > 0 {
         let [x, y, z] = fields.srow;
@@ -19,10 +20,10 @@ pub(super) fn grid_to_patient(fields: &Fields) -> Result<DAffine3, VolumeError> 
     Ok(DAffine3::from_scale(DVec3::splat(millimetres(fields)?)) * in_units)
 }
 
-/// Millimetres in the header's unit of length, which is in the lowest three bits beside that of time.
+/// Millimetres in the header's unit of length. The lowest three bits hold this unit, beside the unit of time.
 fn millimetres(fields: &Fields) -> Result<f64, VolumeError> {
     match fields.xyzt_units & 7 {
-        // Unknown, which readers take for millimetres.
+        // 0 is unknown, which readers take for millimetres.
         0 | 2 => Ok(1.0),
         1 => Ok(1e3),
         3 => Ok(1e-3),
@@ -30,7 +31,7 @@ fn millimetres(fields: &Fields) -> Result<f64, VolumeError> {
     }
 }
 
-/// The spacings, in the header's unit; some programs write them negative, which says nothing.
+/// The spacings, in the header's unit. Some programs write them negative; the sign has no meaning.
 fn spacing(fields: &Fields) -> Result<DVec3, VolumeError> {
     let [_, x, y, z, ..] = fields.pixdim.map(f64::abs);
     let spacing = DVec3::new(x, y, z);
@@ -40,11 +41,11 @@ fn spacing(fields: &Fields) -> Result<DVec3, VolumeError> {
     Err(VolumeError::field("pixdim", format!("{x} {y} {z}"), "spacings must be finite and not zero"))
 }
 
-/// The rotation that a quaternion gives, with the third axis reversed where `pixdim[0]` is negative.
+/// The transform by the header's quaternion, with the third axis reversed if `pixdim[0]` is negative.
 fn qform(fields: &Fields, spacing: DVec3) -> Result<DAffine3, VolumeError> {
     let [b, c, d] = fields.quatern;
     let square = b * b + c * c + d * d;
-    // Three rounded floats may be a little longer than one; normalising is what the standard does.
+    // Three rounded floats may be a little longer than one; the standard normalises them.
     if square.is_nan() || square > 1.01 {
         return Err(VolumeError::field("quatern", format!("{b} {c} {d}"), "not part of a unit quaternion"));
     }

@@ -12,14 +12,15 @@ use crate::volume::{
 
 /// Reads the header at the beginning of a NRRD file.
 ///
-/// Axes of size one beyond three are dropped. Where the header names no patient space, its axes are
-/// taken for RAS; spacings that it gives as unknown (NaN) are one millimetre.
+/// Axes of size one beyond three are dropped. If the header names no patient space, its axes are taken for
+/// RAS. Spacings that the header gives as unknown (NaN) are one millimetre.
 ///
 /// # Errors
 ///
-/// Where the file is not NRRD, a field is missing or senseless, the grid is not three-dimensional, is not of one
-/// number per voxel, or holds several volumes of which the settings choose none, or the data are in several files or
-/// an encoding other than raw, gzip and text.
+/// - The file is not NRRD, or a field is missing or invalid.
+/// - The grid is not three-dimensional or has several numbers per voxel.
+/// - The file holds several volumes and the settings choose none.
+/// - The data are in several files, or in an encoding other than raw, gzip and text.
 pub(crate) fn parse(bytes: &[u8], settings: &VolumeReadSettings) -> Result<GridHeader, VolumeError> {
     let (fields, end) = Fields::read(bytes)?;
     let grid = Grid::new(&fields, settings)?;
@@ -88,7 +89,7 @@ impl Fields {
         })
     }
 
-    /// The byte order, which must be given where it matters.
+    /// Whether the data are big-endian. The header must give the byte order if it matters.
     fn big_endian(&self, scalar: ScalarType, encoding: Encoding) -> Result<bool, VolumeError> {
         let matters = scalar.bytes() > 1 && encoding != Encoding::Ascii;
         match self.endian.as_deref() {

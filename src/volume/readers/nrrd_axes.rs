@@ -1,4 +1,4 @@
-//! The axes of a NRRD array: those of the grid, and the one along which there are several volumes.
+//! The axes of a NRRD array: the grid's axes, and an axis along which there are several volumes.
 
 use bevy::math::{DVec3, UVec3};
 
@@ -11,19 +11,19 @@ use crate::volume::error::{VolumeError, excerpt};
 /// One axis of the array.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// Which one of the array's it is, counted from one.
+    /// Number of the axis in the array, from one.
     number: usize,
     pub(super) size: u64,
     pub(super) kind: Kind,
-    /// Between neighbouring samples, in the axis' unit.
+    /// Spacing between neighbouring samples, in the axis' unit.
     pub(super) spacing: Option<f64>,
-    /// Its direction in space, scaled by the spacing; `None` where it has none.
+    /// Direction in space, scaled by the spacing; `None` without a direction.
     pub(super) direction: Option<DVec3>,
-    /// The name of its unit.
+    /// Name of the axis' unit.
     pub(super) unit: Option<String>,
 }
 
-/// The three axes of the grid, and how volumes on it lie in the file.
+/// The three axes of the grid, and the layout of volumes on it in the file.
 pub(super) struct Grid {
     pub(super) axes: [Axis; 3],
     pub(super) dimensions: UVec3,
@@ -31,12 +31,13 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Sorts out the axes.
+    /// Separates the grid's axes from the component axis.
     ///
     /// # Errors
     ///
-    /// Where an axis is of values that belong together, there are not three others, or one more and the settings
-    /// choose nothing along it.
+    /// - An axis is of values that belong together.
+    /// - There are not three axes for the grid.
+    /// - There are several volumes along a fourth axis and the settings choose none.
     pub(super) fn new(fields: &Fields, settings: &VolumeReadSettings) -> Result<Self, VolumeError> {
         let mut axes = axes(fields)?;
         for axis in &axes {
@@ -78,8 +79,8 @@ impl Grid {
     }
 }
 
-/// Of some of the axes the one that is least likely of the grid: by its kind, by having no direction, by a size of
-/// one, by coming last.
+/// The axis, among the axes that `of` accepts, that is least likely an axis of the grid. The criteria are its
+/// kind, a missing direction, a size of one, and coming last.
 fn least_likely(axes: &[Axis], of: impl Fn(&Axis) -> bool) -> Option<usize> {
     let unlikeliness =
         |axis: &Axis| (!axis.kind.may_be_of_a_grid(), axis.direction.is_none(), axis.size == 1);
@@ -118,7 +119,7 @@ fn axes(fields: &Fields) -> Result<Vec<Axis>, VolumeError> {
     Ok(sizes.iter().enumerate().map(axis).collect())
 }
 
-/// The values of a field, as many as there are axes; none where the field is not there.
+/// The values of a field, one per axis; empty if the field is missing.
 fn per_axis<'a, T>(
     field: &'static str,
     text: &'a Option<String>,
@@ -134,8 +135,8 @@ fn per_axis<'a, T>(
     Ok(values)
 }
 
-/// The spacings that positions of the axes' ends give: of the outermost samples where these are nodes, else of
-/// the outer faces of theirs.
+/// The spacings by the positions of the axes' ends. The ends are the outermost samples if these are nodes, else
+/// the outer faces of their cells.
 fn extents(fields: &Fields, sizes: &[u64]) -> Result<Vec<Option<f64>>, VolumeError> {
     let count = sizes.len();
     let numbers = |field, text| per_axis(field, text, count, |text| parse_numbers::<f64>(field, text));

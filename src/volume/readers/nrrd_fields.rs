@@ -7,7 +7,7 @@ use bevy::math::DVec3;
 use super::header::next_line;
 use crate::volume::error::VolumeError;
 
-/// The fields that matter here, as written; a field given twice counts as given last.
+/// The fields that the reader uses, as written. The last value of a repeated field counts.
 #[derive(Debug, Default)]
 pub(super) struct Fields {
     pub(super) scalar: Option<String>,
@@ -32,7 +32,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// The fields, and where the bytes after the header begin.
+    /// Reads the fields, and the start of the bytes after the header.
     pub(super) fn read(bytes: &[u8]) -> Result<(Self, usize), VolumeError> {
         let not_nrrd = VolumeError::NotThisFormat { expected: "a NRRD file of version 1 to 5" };
         let Some((magic, mut at)) = next_line(bytes, 0) else {
@@ -48,7 +48,7 @@ impl Fields {
                 break;
             }
             let line = text(line);
-            // A comment; or `key:=value`, which is the writer's own whatever it is called.
+            // Comments are skipped, and so are `key:=value` lines, which are the writer's own.
             if line.starts_with('#') {
                 continue;
             }
@@ -61,7 +61,7 @@ impl Fields {
             if let Some(field) = fields.named(name.trim()) {
                 *field = Some(value.trim().to_owned());
             }
-            // Names of files follow, and no more fields.
+            // Names of files follow, not fields.
             if fields.lists_data_files() {
                 break;
             }
@@ -75,7 +75,7 @@ impl Fields {
         words.next() == Some("LIST")
     }
 
-    /// The field of a name, if it matters.
+    /// The field of a name, if the reader uses it.
     fn named(&mut self, name: &str) -> Option<&mut Option<String>> {
         let name = name.to_ascii_lowercase();
         Some(match name.as_str() {
@@ -102,14 +102,14 @@ impl Fields {
         })
     }
 
-    /// A skip's number; zero where it is not given.
+    /// The number of a skip; zero if it is not given.
     pub(super) fn number(&self, field: &'static str, text: Option<&str>) -> Result<i64, VolumeError> {
         let text = text.unwrap_or("0");
         text.parse().map_err(|_| VolumeError::field(field, text, "not a whole number"))
     }
 }
 
-/// A line's text. One that is no UTF-8 is taken for Latin-1, in which some programs write `µm`.
+/// A line's text. A line that is not UTF-8 is taken for Latin-1, in which some programs write `µm`.
 fn text(line: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(line) {
         Ok(text) => text.into(),
@@ -117,17 +117,17 @@ fn text(line: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// The error of a field that is not there.
+/// The error of a missing field.
 pub(super) fn missing(field: &'static str) -> VolumeError {
     VolumeError::field(field, "", "the field is missing")
 }
 
-/// A field that must be there.
+/// The text of a required field.
 pub(super) fn required<'a>(field: &'static str, text: &'a Option<String>) -> Result<&'a str, VolumeError> {
     text.as_deref().ok_or_else(|| missing(field))
 }
 
-/// Vectors like `(1,0,0)`; `None` for `none` and for vectors of NaN, which mean the same.
+/// Parses vectors like `(1,0,0)`. Both `none` and a vector of NaN become `None`.
 pub(super) fn vectors(field: &'static str, text: &str) -> Result<Vec<Option<DVec3>>, VolumeError> {
     let error = || VolumeError::field(field, text, "not a list of vectors like (1,0,0), or none");
     let mut vectors = Vec::new();
@@ -149,7 +149,7 @@ pub(super) fn vectors(field: &'static str, text: &str) -> Result<Vec<Option<DVec
     Ok(vectors)
 }
 
-/// Words, each perhaps in double quotes, which an empty one needs.
+/// Splits a text into words. A word may be in double quotes; an empty word must be.
 pub(super) fn quoted_words(text: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = text.trim_start();

@@ -4,23 +4,23 @@ use std::fmt;
 
 use crate::volume::error::{VolumeError, excerpt};
 
-/// What the samples along an axis are.
+/// Kind of the samples along an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Places.
+    /// Places in the grid.
     Grid,
-    /// The header does not say.
+    /// Not given by the header.
     Unknown,
-    /// Volumes of the same grid: `time` or `list`.
+    /// Volumes on the same grid: `time` or `list`.
     Components(&'static str),
     /// A single number.
     Scalar,
-    /// Values that belong together: what the image is, with the header's word for it.
+    /// Values that belong together: the kind of image, with the header's word for it.
     Values(String),
 }
 
 impl Kind {
-    /// The kind of a name, in any case.
+    /// The kind of a name, in upper or lower case.
     pub(super) fn named(name: &str) -> Result<Self, VolumeError> {
         let lower = name.to_ascii_lowercase();
         let image = match lower.as_str() {
@@ -50,7 +50,7 @@ impl Kind {
         Ok(Self::Values(format!("{image} (NRRD kind {})", excerpt(name))))
     }
 
-    /// Whether an axis of this kind can be one of the grid's.
+    /// Whether an axis of this kind can be an axis of the grid.
     pub(super) fn may_be_of_a_grid(&self) -> bool {
         matches!(self, Self::Grid | Self::Unknown)
     }

@@ -1,4 +1,4 @@
-//! Where the voxels of a NRRD file are in the patient.
+//! Places of a NRRD file's voxels in the patient.
 
 use bevy::math::{DAffine3, DMat3, DVec3};
 
@@ -8,7 +8,7 @@ use super::nrrd_axes::Axis;
 use super::nrrd_fields::{Fields, quoted_words, vectors};
 use crate::volume::error::VolumeError;
 
-/// From indices along the three axes of the grid to RAS+ millimetres.
+/// Transform from indices along the three axes of the grid to RAS+ millimetres.
 pub(super) fn grid_to_patient(fields: &Fields, axes: &[Axis; 3]) -> Result<DAffine3, VolumeError> {
     if let Some(text) = fields.space_dimension.as_deref().filter(|text| *text != "3") {
         return Err(VolumeError::field("space dimension", text, "must be 3"));
@@ -45,7 +45,7 @@ fn origin(fields: &Fields) -> Result<DVec3, VolumeError> {
     let Some(text) = &fields.origin else { return Ok(DVec3::ZERO) };
     match vectors("space origin", text)?.as_slice() {
         [Some(origin)] => Ok(*origin),
-        // One of NaNs, which the standard means by "unknown".
+        // A vector of NaN, which the standard calls "unknown".
         [None] => Ok(DVec3::ZERO),
         _ => Err(VolumeError::field("space origin", text, "one is needed")),
     }
@@ -60,7 +60,7 @@ fn space_units(text: &str) -> Result<DVec3, VolumeError> {
     Ok(DVec3::from_array(scales))
 }
 
-/// A transform in units of the array's axes, which a header without those of its space may give.
+/// Converts a transform in units of the axes, which a header without space units may give, to millimetres.
 fn in_axis_units(axes: &[Axis; 3], columns: DMat3, origin: DVec3) -> Result<DAffine3, VolumeError> {
     let mut scales = DVec3::ONE;
     for (index, axis) in axes.iter().enumerate() {
@@ -73,13 +73,13 @@ fn in_axis_units(axes: &[Axis; 3], columns: DMat3, origin: DVec3) -> Result<DAff
     Ok(DAffine3::from_mat3_translation(columns * DMat3::from_diagonal(scales), origin * scales.x))
 }
 
-/// Whether a space's first and second axis point against those of RAS.
+/// Whether a space's first and second axes point against the axes of RAS.
 fn flips(space: &str) -> Result<(bool, bool), VolumeError> {
     Ok(match space.to_ascii_lowercase().as_str() {
         "right-anterior-superior" | "ras" => (false, false),
         "left-anterior-superior" | "las" => (true, false),
         "left-posterior-superior" | "lps" => (true, true),
-        // Not the patient's but the scanner's axes, or no one's: taken as they are.
+        // The axes are the scanner's or arbitrary, not the patient's: they are taken as they are.
         "scanner-xyz" | "3d-right-handed" | "3d-left-handed" => (false, false),
         _ => {
             return Err(VolumeError::field("space", space, "not a known space of three dimensions"));

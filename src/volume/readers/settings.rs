@@ -1,4 +1,4 @@
-//! What a caller may choose about reading a file.
+//! Settings for reading a file.
 
 use bevy::math::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::header::GridHeader;
 use crate::volume::{asset::Volume, error::VolumeError};
 
-/// How a volume's file is read; also the asset loader's settings:
+/// Settings for reading a volume's file; also the asset loader's settings:
 ///
 /// ```no_run
 /// # use bevy::prelude::*;
@@ -19,19 +19,19 @@ use crate::volume::{asset::Volume, error::VolumeError};
 /// # }
 /// ```
 ///
-/// Bevy loads a path once: as long as one component of a file is loaded, its path means that one.
+/// Bevy loads a path once: while one component of a file is loaded, its path means this component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct VolumeReadSettings {
-    /// Which volume to read, counted from zero in the file's order, of a file that holds several on one grid: a
-    /// time series, phases, a list. `None` where there is only one; a file with more is then refused, and the
-    /// error says how many there are.
+    /// Index of the volume to read, from zero in the file's order.
+    ///
+    /// It is for a file that holds several volumes on one grid: a time series, phases, a list. With `None`, a file with
+    /// several volumes is refused, and the error says how many there are.
     pub component: Option<u32>,
-    /// All lengths are multiplied by this: 0.001 where a file says metres and means millimetres. A number that is no
-    /// scale is an error.
+    /// Factor on all lengths: 0.001 if a file says metres and means millimetres. It must be finite and positive.
     pub length_scale: f64,
-    /// How often the resolution is halved along each axis, once the file is read: each time an eighth of the voxels.
-    /// At most 8.
+    /// Number of times that the resolution is halved along each axis after reading, at most 8. Each halving leaves
+    /// an eighth of the voxels.
     pub halvings: u32,
 }
 
@@ -42,7 +42,7 @@ impl Default for VolumeReadSettings {
 }
 
 impl VolumeReadSettings {
-    /// The same header, in its lengths.
+    /// Multiplies the header's lengths by [`length_scale`](Self::length_scale).
     pub(super) fn scale(&self, header: GridHeader) -> Result<GridHeader, VolumeError> {
         if !(self.length_scale > 0.0 && self.length_scale.is_finite()) {
             let scale = self.length_scale.to_string();
@@ -52,12 +52,12 @@ impl VolumeReadSettings {
         GridHeader { grid_to_patient: scale * header.grid_to_patient, ..header }.checked()
     }
 
-    /// The volume at the resolution that is asked for.
+    /// Halves the volume's resolution [`halvings`](Self::halvings) times.
     pub(crate) fn halve(&self, volume: Volume) -> Volume {
         (0..self.halvings.min(8)).fold(volume, |volume, _| volume.halved())
     }
 
-    /// The component to read of `count`, which differ in what `along` says.
+    /// Index of the component to read, of `count` components. For errors, `along` names their difference.
     pub(super) fn choose(&self, count: u64, along: &str) -> Result<u64, VolumeError> {
         match self.component.map(u64::from) {
             Some(chosen) if chosen < count => Ok(chosen),

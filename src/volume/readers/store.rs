@@ -7,18 +7,18 @@ pub(super) struct Stored {
     pub(super) intensities: Intensities,
     pub(super) step: f64,
     pub(super) base: f64,
-    /// Voxels that were no numbers, and are background.
+    /// Number of voxels that were NaN or infinite, and are background.
     pub(super) background: u64,
 }
 
 impl Stored {
-    /// Values that are the file's numbers less `base`, exactly.
+    /// Values that are exactly the file's numbers minus `base`.
     pub(super) fn exactly(intensities: Intensities, base: i32) -> Self {
         Self { intensities, step: 1.0, base: base.into(), background: 0 }
     }
 }
 
-/// Stores integers exactly where their range allows it, else in 65536 equal steps.
+/// Stores integers exactly if their range allows it, else in 65536 equal steps.
 pub(super) fn store_integers(values: impl Iterator<Item = i128> + Clone) -> Stored {
     let (low, high) =
         values.clone().fold((i128::MAX, i128::MIN), |(low, high), value| (low.min(value), high.max(value)));
@@ -38,15 +38,15 @@ pub(super) fn store_integers(values: impl Iterator<Item = i128> + Clone) -> Stor
     Stored { intensities, step, base: low as f64, background: 0 }
 }
 
-/// Stores whole numbers exactly where their range allows it, else in 65536 equal steps.
+/// Stores whole numbers exactly if their range allows it, else in 65536 equal steps.
 ///
-/// NaN and infinities become the background: the lowest of the file's numbers in its unit, which is the highest as
-/// written where `falling` says that the unit has the opposite sign. Where all are whole and none is negative, as
-/// those of label maps are, it is zero, so that it is no label; that costs no accuracy.
+/// NaN and infinities become background: the lowest of the values in file units. This is the highest number as written
+/// if `falling` says that the slope to file units is negative. Otherwise the background is zero if all other numbers
+/// are whole numbers from 0 to 65535, as in label maps. So the background is no label, at no cost in accuracy.
 ///
 /// # Errors
 ///
-/// [`VolumeError::NotANumber`] where no value is a finite number.
+/// [`VolumeError::NotANumber`] if no value is a finite number.
 pub(super) fn store_floats(
     values: impl Iterator<Item = f64> + Clone,
     falling: bool,
@@ -80,11 +80,11 @@ pub(super) fn store_floats(
         };
         return Ok(Stored { intensities, step: 1.0, base: low, background });
     }
-    // Infinite where the values span more than a double can: such a volume is refused when it is made.
+    // The width is infinite if the values span more than a double can hold; making the volume then fails.
     let width = high - low;
     let step = width / 65_535.0;
     if step < f64::MIN_POSITIVE {
-        // One value, or values that differ by less than can be told apart.
+        // One value, or values too close to be told apart.
         let intensities = Intensities::U8(values.map(|_| 0).collect());
         return Ok(Stored { intensities, step: 1.0, base: low, background });
     }

@@ -1,9 +1,9 @@
-//! VTK's curves between the nodes of a function, as piecewise linear ones.
+//! VTK's curves between the nodes of a function, as piecewise linear functions.
 
 use super::nodes::Node;
 use crate::volume::transfer_function::mix;
 
-/// Pieces that a curve is made of: within 2.3 % of its height, by comparison over all sharpnesses.
+/// Linear pieces of a curve: within 2.3 % of its height, by comparison over all sharpnesses.
 const PIECES: u32 = 16;
 
 /// A node with the shape of the curve up to the next one.
@@ -11,13 +11,13 @@ const PIECES: u32 = 16;
 pub(super) struct Knot<const N: usize> {
     pub(super) value: f32,
     pub(super) outputs: [f32; N],
-    /// Where between the two the curve is half way, 0 to 1.
+    /// Place between the two nodes at which the curve is half way, 0 to 1.
     pub(super) midpoint: f64,
-    /// From a straight line, 0, to a step, 1.
+    /// Sharpness of the curve, from 0 (a straight line) to 1 (a step).
     pub(super) sharpness: f64,
 }
 
-/// Knots in any order as nodes of a piecewise linear function, sorted by value, steps kept.
+/// Turns knots in any order into nodes of a piecewise linear function, sorted by value, with steps kept.
 pub(super) fn straighten<const N: usize>(mut knots: Vec<Knot<N>>) -> Vec<Node<N>> {
     knots.sort_by(|a, b| a.value.total_cmp(&b.value));
     let mut nodes = Vec::new();
@@ -30,7 +30,7 @@ pub(super) fn straighten<const N: usize>(mut knots: Vec<Knot<N>>) -> Vec<Node<N>
     nodes
 }
 
-/// The nodes between two knots.
+/// Adds the nodes between two knots.
 fn bend<const N: usize>(knot: &Knot<N>, next: &Knot<N>, nodes: &mut Vec<Node<N>>) {
     let (from, to) = (f64::from(knot.value), f64::from(next.value));
     let mut node = |place: f64, height: f64| {
@@ -52,7 +52,7 @@ fn bend<const N: usize>(knot: &Knot<N>, next: &Knot<N>, nodes: &mut Vec<Node<N>>
     }
     let exponent = 1.0 / (1.0 + 10.0 * sharpness);
     for piece in 1..PIECES {
-        // VTK goes from a place to a warped one, which is where its curve is smooth: here are equal steps.
+        // VTK warps a place, and its curve is smooth in the warped place: the steps are equal there.
         let warped = f64::from(piece) / f64::from(PIECES);
         let place = if warped < 0.5 {
             midpoint * (2.0 * warped).powf(exponent)
@@ -60,7 +60,7 @@ fn bend<const N: usize>(knot: &Knot<N>, next: &Knot<N>, nodes: &mut Vec<Node<N>>
             1.0 - (1.0 - midpoint) * (2.0 * (1.0 - warped)).powf(exponent)
         };
         let (square, cube) = (warped * warped, warped * warped * warped);
-        // A Hermite curve from 0 to 1 with one slope at both ends.
+        // A Hermite curve from 0 to 1 with the same slope at both ends.
         let height = 3.0 * square - 2.0 * cube + (1.0 - sharpness) * (2.0 * cube - 3.0 * square + warped);
         node(place, height.clamp(0.0, 1.0));
     }

@@ -1,6 +1,6 @@
 //! Volume properties in JSON (`.vp.json`), by Slicer's schema `volume-property-schema-v1.0.0.json`.
 //!
-//! What the schema asks for but can be left out has Slicer's own defaults. What else there is, is ignored.
+//! Fields that the schema asks for may be missing if Slicer has defaults for them. Other fields are ignored.
 
 use serde::{Deserialize, de::Error};
 
@@ -74,7 +74,7 @@ fn half() -> f64 {
     0.5
 }
 
-/// Whether a text is meant for JSON with volume properties.
+/// Whether a text looks like JSON with volume properties.
 pub(in crate::volume) fn is_json(text: &str) -> bool {
     text.trim_start().starts_with('{') && text.contains("\"volumeProperties\"")
 }

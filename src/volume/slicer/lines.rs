@@ -1,9 +1,9 @@
 //! Volume properties in lines (`.vp`).
 //!
-//! Six numbers for interpolation and shading, then three functions: scalar opacity, gradient opacity,
-//! colour. Each begins with how many numbers follow: two (value, opacity) or four (value, red, green,
-//! blue) per node. Slicer writes one entry per line; what follows `=>` on a line is an explanation,
-//! as in its manual's example.
+//! The file has six numbers for interpolation and shading, then three functions: scalar opacity, gradient
+//! opacity, colour. Each function begins with the count of its numbers. A node has two numbers (value,
+//! opacity) or four (value, red, green, blue). Slicer writes one entry per line. Text after `=>` on a line is
+//! an explanation, as in the manual's example.
 
 use super::nodes::{Functions, Node};
 use crate::volume::{transfer_function::TransferFunction, transfer_function_error::TransferFunctionError};
@@ -12,7 +12,7 @@ use crate::volume::{transfer_function::TransferFunction, transfer_function_error
 const SETTINGS: [&str; 6] =
     ["interpolation type", "shade", "diffuse", "ambient", "specular", "specular power"];
 
-/// Reads a volume property, whose unit of length the format leaves out: 1 mm.
+/// Reads a volume property. The format has no unit of length; the unit is 1 mm.
 pub(super) fn read(text: &str) -> Result<TransferFunction, TransferFunctionError> {
     let mut words = Words::new(text);
     for setting in SETTINGS {
@@ -43,7 +43,7 @@ impl<'a> Words<'a> {
         Self { words: words.collect(), next: 0, last_line: text.lines().count().max(1) }
     }
 
-    /// The next number, or why there is none.
+    /// Reads the next number.
     fn number(&mut self, field: &'static str) -> Result<f32, TransferFunctionError> {
         let Some(&(line, word)) = self.words.get(self.next) else {
             return Err(TransferFunctionError::Slicer {
@@ -63,7 +63,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The next function: how many numbers it has, then its nodes. Sorted by value, steps kept.
+    /// Reads the next function: the count of its numbers, then its nodes. They are sorted by value, with steps kept.
     fn function<const N: usize>(
         &mut self,
         field: &'static str,

@@ -10,7 +10,7 @@ use super::transfer_function_error::TransferFunctionError;
 
 pub(super) use json::is_json;
 
-/// Reads a volume property, not validated.
+/// Reads a volume property without validating it.
 pub(super) fn read(text: &str) -> Result<TransferFunction, TransferFunctionError> {
     if text.trim_start().starts_with('{') { Ok(json::read(text)?) } else { lines::read(text) }
 }

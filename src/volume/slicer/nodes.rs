@@ -1,11 +1,11 @@
-//! Piecewise linear functions, and what becomes of them in a transfer function.
+//! Piecewise linear functions, and their conversion to a transfer function.
 
 use crate::volume::transfer_function::{ControlPoint, GradientPoint, TransferFunction, mix};
 
 /// A node of a piecewise linear function with `N` outputs.
 pub(super) type Node<const N: usize> = (f32, [f32; N]);
 
-/// The functions of a volume property, each sorted by value, two nodes of one value making a step.
+/// The functions of a volume property, each sorted by value. Two nodes of one value make a step.
 pub(super) struct Functions {
     pub(super) opacity: Vec<Node<1>>,
     pub(super) gradient_opacity: Vec<Node<1>>,
@@ -14,7 +14,7 @@ pub(super) struct Functions {
 }
 
 impl Functions {
-    /// The transfer function that they make, not validated.
+    /// Converts the functions to a transfer function, which is not validated.
     pub(super) fn transfer_function(&self) -> TransferFunction {
         let gradient_point = |&(gradient, [opacity]): &Node<1>| GradientPoint { gradient, opacity };
         TransferFunction {
@@ -25,7 +25,7 @@ impl Functions {
     }
 }
 
-/// One control point wherever either function has a node, two where one of them has a step.
+/// Makes one control point at every node of either function, and two where a function has a step.
 fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
     let mut values: Vec<f32> = opacities.iter().map(|node| node.0).collect();
     values.extend(colors.iter().map(|node| node.0));
@@ -35,7 +35,7 @@ fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
     for value in values {
         let side = |upper: bool| ControlPoint {
             value,
-            // A property without colours is white, one without opacities clear.
+            // A property without colours is white, a property without opacities transparent.
             color: evaluate(colors, value, upper).unwrap_or([1.0; 3]),
             opacity: evaluate(opacities, value, upper).map_or(0.0, |[opacity]| opacity),
         };
@@ -48,7 +48,7 @@ fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
     points
 }
 
-/// A function at a value, constant beyond its outermost nodes; at a step its lower or upper side.
+/// Evaluates a function, constant beyond its outermost nodes. At a step, `upper` chooses the side.
 fn evaluate<const N: usize>(nodes: &[Node<N>], value: f32, upper: bool) -> Option<[f32; N]> {
     let above = nodes.partition_point(|node| node.0 < value || (upper && node.0 == value));
     let below = above.checked_sub(1).and_then(|below| nodes.get(below));

@@ -1,4 +1,4 @@
-//! Derives of Bevy's traits that derive nothing.
+//! Derives of Bevy's traits that generate nothing.
 
 use proc_macro::TokenStream;
 

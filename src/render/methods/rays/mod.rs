@@ -16,8 +16,8 @@ use super::{
     voxel_method::{KeptVolume, VolumeFrame, VoxelMethod},
 };
 use crate::{
-    diagnostics::{COUNTERS, SPAN_MARK, SPAN_RAY_CAST},
-    occlusion::{OcclusionMethod, Optimizations, ProgressiveRays},
+    diagnostics::COUNTERS,
+    occlusion::{OcclusionMethod, OcclusionRays, Optimizations, ProgressiveRays},
     render::{
         clipping::step::Demand,
         extract::ExtractedScene,
@@ -90,11 +90,11 @@ impl VoxelMethod for Rays {
             frame.encoder().clear_buffer(&self.cast.work, 0, None);
         }
         let views = jobs.iter().flat_map(|job| job.marks.iter().map(move |view| (job, view)));
-        frame.pass(SPAN_MARK, views, |encoder, (job, view)| {
+        frame.pass(OcclusionRays::SPAN_MARK, views, |encoder, (job, view)| {
             let groups = [&job.volume, &view.window, &job.words];
             self.mark.encode(encoder, groups, Groups::Pixels(view.pixels), cache);
         });
-        frame.pass(SPAN_RAY_CAST, jobs, |encoder, job| {
+        frame.pass(OcclusionRays::SPAN_CAST, jobs, |encoder, job| {
             self.cast.encode(encoder, &job.volume, &job.cast, cache);
         });
         if self.counts_work {
