@@ -7,12 +7,13 @@ use bevy::{
 };
 use bevy_contextual_ao::{
     prelude::*,
-    volume::{Intensities, Rescale},
+    volume::{Intensities, Rescale, VolumeGeometry},
 };
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
     exact::assert_exact,
+    headless::voxel_at,
     needs,
     scene::{
         TestScene, few_rays, folded_volume, is_empty, opaque_ramp, solid_volume, translucent_ramp,
@@ -112,4 +113,27 @@ fn a_narrow_window_of_16_bits_is_as_sharp_as_8_bits() {
     // intensity.
     let largest = pairs().iter().map(|(a, b)| a.abs_diff(*b)).max();
     assert!(largest.is_some_and(|largest| largest <= 1), "{largest:?}");
+}
+
+#[test]
+fn lists_longer_than_a_row_of_workgroups_are_worked_off() {
+    // 33 x 33 x 33 bricks are more than the 32,768 workgroups of a row.
+    const SIZE: UVec3 = UVec3::splat(132);
+    let volume = solid_volume(SIZE);
+    let local_from_voxel = VolumeGeometry::of(&volume).local_from_voxel;
+    let mut scene = carve(volume, opaque_ramp(), few_rays());
+    scene.set_clip(|clip| clip.coverage = CoverageRule::Center);
+    scene.settle();
+    let (center, radius) = (DVec3::splat(0.2 * 132.0), 0.4 * 132.0);
+    let mut clipped = 0;
+    for (index, opacity) in (0..).zip(scene.opacities()) {
+        let place = local_from_voxel.transform_point3(voxel_at(index, SIZE).as_dvec3());
+        let distance = place.distance(center) / radius;
+        // The triangles of the carver's mesh lie within the ball by up to 1.1 % of its radius, and a texel of its depth
+        // map is 0.4 %.
+        assert!(distance < 1.01 || opacity == 255, "{place}: opacity {opacity} outside the ball");
+        assert!(distance > 0.98 || opacity == 0, "{place}: opacity {opacity} inside the ball");
+        clipped += u32::from(opacity == 0);
+    }
+    assert!(clipped > 100_000, "{clipped} voxels are clipped");
 }

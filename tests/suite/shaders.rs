@@ -2,6 +2,7 @@
 //! This includes variants that the device at hand would not use. `drawing` draws the material's variants. `direct`
 //! draws those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes both.
 
+use naga::{Binding, BuiltIn};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage, ShaderType,
 };
@@ -167,4 +168,19 @@ fn compose(
             ..Default::default()
         })
         .map_err(|error| error.emit_to_string(&composer))
+}
+
+/// Direct3D 12 gives an indirect dispatch no number of workgroups, if wgpu does not validate its arguments: it reads 0.
+#[test]
+fn passes_over_lists_do_not_ask_for_the_number_of_workgroups() {
+    let over_lists: Vec<_> =
+        ENTRIES.into_iter().filter(|(_, source)| source.contains("listed_item(")).collect();
+    assert!(over_lists.len() >= 3, "{} passes run over lists", over_lists.len());
+    for entry in over_lists {
+        let definitions = HashMap::from([("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0))]);
+        let module = compose(entry, definitions).expect("a shader");
+        let arguments = module.entry_points.iter().flat_map(|entry_point| &entry_point.function.arguments);
+        let asks = |binding: &Option<Binding>| *binding == Some(Binding::BuiltIn(BuiltIn::NumWorkGroups));
+        assert!(!arguments.into_iter().any(|argument| asks(&argument.binding)), "{}", entry.0);
+    }
 }

@@ -34,11 +34,10 @@ var<workgroup> queued: array<atomic<u32>, 2>;
 @compute @workgroup_size(4, 4, 4)
 fn clip(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let brick = listed_item(FRONT, group, groups);
+    let brick = listed_item(FRONT, group);
     if brick == NOTHING {
         return;
     }

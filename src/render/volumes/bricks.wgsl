@@ -103,5 +103,6 @@ fn samples_within(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
     let brick = vec3<f32>(brick_of_point(p));
     let lower = 4.0 * (brick - f32(distance - 1u));
     let upper = 4.0 * (brick + f32(distance));
-    return u32(clamp(ceil(steps_to_leave(p, step, lower, upper)), 1.0, 1e6));
+    // At least 1, so that a loop of leaps ends even where a number is NaN: compiled loops have no guard.
+    return max(u32(clamp(ceil(steps_to_leave(p, step, lower, upper)), 1.0, 1e6)), 1u);
 }

@@ -2,7 +2,7 @@
 
 #define_import_path bevy_contextual_ao::listed
 
-#import bevy_contextual_ao::work_list::BACK
+#import bevy_contextual_ao::work_list::{BACK, ROW}
 
 struct ListedHead {
     groups_x: u32,
@@ -22,8 +22,8 @@ struct List {
 const NOTHING: u32 = 0xffffffffu;
 
 // The item of a workgroup.
-fn listed_item(end: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    let index = group.y * groups.x + group.x;
+fn listed_item(end: u32, group: vec3<u32>) -> u32 {
+    let index = group.y * ROW + group.x;
     if index >= list.heads[end].count {
         return NOTHING;
     }

@@ -144,10 +144,9 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
 @compute @workgroup_size(WIDTH)
 fn ray_cast(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let word = listed_item(FRONT, group, groups);
+    let word = listed_item(FRONT, group);
     if word == NOTHING {
         return;
     }
