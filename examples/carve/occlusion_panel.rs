@@ -105,16 +105,21 @@ fn show_rays(ui: &mut Ui, new: &mut OcclusionRays, sky: &mut Sky, geometry: &Vol
     show_sky(ui, sky);
 }
 
-/// Chooses an even sky, or a cloudy sky in a direction of the volume: +y is up.
+/// Chooses an even sky, or a cloudy sky on one side of the patient.
 fn show_sky(ui: &mut Ui, sky: &mut Sky) {
     ui.horizontal_wrapped(|ui| {
         ui.label("light from");
         ui.selectable_value(sky, Sky::default(), "all sides");
-        for (name, axis) in [("+x", Vec3::X), ("-x", Vec3::NEG_X), ("+y", Vec3::Y), ("-y", Vec3::NEG_Y)] {
-            ui.selectable_value(sky, Sky::above(axis), name);
-        }
-        for (name, axis) in [("+z", Vec3::Z), ("-z", Vec3::NEG_Z)] {
-            ui.selectable_value(sky, Sky::above(axis), name);
+        let sides = [
+            ("left", Vec3::X),
+            ("right", Vec3::NEG_X),
+            ("above", Vec3::Y),
+            ("below", Vec3::NEG_Y),
+            ("front", Vec3::Z),
+            ("back", Vec3::NEG_Z),
+        ];
+        for (name, side) in sides {
+            ui.selectable_value(sky, Sky::above(side), name);
         }
     });
 }

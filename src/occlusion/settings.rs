@@ -8,7 +8,7 @@ use crate::volume::VolumeGeometry;
 /// How the ambient occlusion of a volume is computed (required by
 /// [`Volume3d`](crate::volume::Volume3d)).
 ///
-/// A change recomputes the occlusion of all visible voxels in the same frame.
+/// A change recomputes all visible occlusion in the same frame. Progressive rays alone take several frames.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct AmbientOcclusion {
