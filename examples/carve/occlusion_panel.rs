@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
-        OpacityModulation, ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
+        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, MethodSettings, OcclusionFiltering,
+        OcclusionSweeping, OpacityModulation, ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
     },
     prelude::*,
     volume::VolumeGeometry,

@@ -78,11 +78,6 @@ impl OcclusionRays {
         rays.into_iter().map(|ray| RayDirection { weight: ray.weight / sum, ..ray }).collect()
     }
 
-    /// Distance between samples, mm: the one set, or a voxel.
-    pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
-        length_mm(self.step_mm, 1.0, geometry)
-    }
-
     /// Distance of the first sample from the voxel centre, mm: one voxel diagonal.
     pub fn start_mm(spacing_mm: DVec3) -> f64 {
         spacing_mm.length()
@@ -106,8 +101,9 @@ impl MethodSettings for OcclusionRays {
         MethodDrawing { texels, ..default() }
     }
 
+    /// Distance between samples, mm: the one set, or a voxel.
     fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
-        self.step_length_mm(geometry)
+        length_mm(self.step_mm, 1.0, geometry)
     }
 
     /// The distance of the farthest sample.

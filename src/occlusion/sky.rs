@@ -58,6 +58,7 @@ impl Sky {
     pub(crate) fn of_grid(&self, geometry: &VolumeGeometry) -> [f32; 8] {
         let weights = self.normalized();
         if *self == Self::default() {
+            // By far the most frequent sky, asked for in every frame.
             return weights;
         }
         core::array::from_fn(|octant| {

@@ -27,6 +27,9 @@ pub(crate) struct WindowUniform {
     pub end: UVec2,
 }
 
+/// Entity of a view in the render world, and of a volume in the main world.
+pub(crate) type VolumeInView = (Entity, MainEntity);
+
 /// Windows onto every volume. A volume that no view shows has none.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeWindows(HashMap<MainEntity, Vec<VolumeWindow>>);

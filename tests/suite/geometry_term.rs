@@ -199,9 +199,9 @@ fn a_translucent_ball_is_lit_by_the_integrated_cosine() {
 
 #[test]
 fn an_isosurface_is_lit_by_the_integrated_cosine() {
-    // Swept distances are of first order, so their gradient is off by a degree or two. Within that angle, the light
-    // of a single octant changes by two bytes or three.
-    check(SweepingSurface::Isosurface(ISOVALUE), [2.5, 9.0], |light, volume, _, view, pixel| {
+    // Swept distances are of first order: their gradient is off by a degree or two. Under a single octant that is
+    // up to 1.98 bytes on average, on three drivers.
+    check(SweepingSurface::Isosurface(ISOVALUE), [2.0, 9.0], |light, volume, _, view, pixel| {
         let (origin, direction) = view.ray(pixel);
         let origin = origin / f64::from(WORLD_UNITS_PER_MM);
         let nearest = -origin.dot(direction);

@@ -47,7 +47,7 @@ impl Oracle {
         let start = self.geometry.spacing_mm.length();
         let settings = occlusion.method.rays().expect("rays");
         let steps = settings.steps;
-        let step_mm = settings.step_length_mm(&self.geometry);
+        let step_mm = occlusion.step_length_mm(&self.geometry);
         let rays = settings.directions(&occlusion.sky);
         rays.iter()
             .map(|ray| {

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
-        ProgressiveRays, ScreenSpaceOcclusion,
+        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, MethodSettings, OcclusionFiltering,
+        OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion,
     },
     prelude::*,
     volume::VolumeGeometry,

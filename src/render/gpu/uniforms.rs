@@ -1,4 +1,4 @@
-//! Uniform buffers that live as long as the things they describe, and are written only on change.
+//! Buffers of settings that live as long as the things they describe, and are written only on change.
 
 use bevy::{
     platform::collections::HashMap,

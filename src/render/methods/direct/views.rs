@@ -7,7 +7,6 @@ use bevy::{
     render::{
         render_resource::{PipelineCache, SpecializedRenderPipelines, StorageBuffer, UniformBuffer},
         renderer::{FlushCommands, RenderContext, RenderQueue, ViewQuery},
-        sync_world::MainEntity,
         view::{ViewTarget, ViewUniformOffset},
     },
 };
@@ -30,7 +29,7 @@ use crate::{
         },
         methods::pipelines::MethodPipelines,
         volumes::store::{VolumeResources, VolumeStore},
-        windows::{VolumeWindows, WindowUniform},
+        windows::{VolumeInView, VolumeWindows, WindowUniform},
     },
 };
 
@@ -44,9 +43,6 @@ pub(super) struct DirectUniforms {
     windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
     slicings: BuffersOf<VolumeInView, StorageBuffer<SlicingData>>,
 }
-
-/// The entity of a view, and of a volume in the main world.
-type VolumeInView = (Entity, MainEntity);
 
 /// One volume in one view.
 struct DirectJob {

@@ -14,7 +14,7 @@ pub(crate) fn ray_table(occlusion: &AmbientOcclusion, geometry: &VolumeGeometry)
     let Some(settings) = occlusion.method.rays() else { return default() };
     let texture_from_local = geometry.texture_from_voxel() * geometry.local_from_voxel.inverse();
     let start = OcclusionRays::start_mm(geometry.spacing_mm);
-    let step = settings.step_length_mm(geometry);
+    let step = occlusion.step_length_mm(geometry);
     let to_texture = |v: DVec3| texture_from_local.transform_vector3(v).as_vec3();
     let mut rays = settings.directions(&occlusion.sky);
     if occlusion.method.get::<ProgressiveRays>().is_some() {

@@ -27,7 +27,7 @@ use crate::{
         gpu::{device::Gpu, uniforms::BuffersOf},
         methods::pipelines::MethodPipelines,
         volumes::store::{VolumeResources, VolumeStore},
-        windows::{VolumeWindows, WindowUniform},
+        windows::{VolumeInView, VolumeWindows, WindowUniform},
     },
     volume::longest_stretch,
 };
@@ -44,9 +44,6 @@ pub(super) struct ScreenSpaceUniforms {
     windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
     thresholds: BuffersOf<VolumeInView, UniformBuffer<f32>>,
 }
-
-/// The entity of a view, and of a volume in the main world.
-type VolumeInView = (Entity, MainEntity);
 
 impl ScreenSpaceUniforms {
     fn begin_frame(&mut self) {
