@@ -26,6 +26,8 @@ pub const SPAN_CULL: &str = "contextual_ao/cull";
 pub const SPAN_CLIP: &str = "contextual_ao/clip";
 /// Computing the distances that rays may leap.
 pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
+/// Following the view rays of volumes that changed or are seen differently, to find what will be drawn.
+pub const SPAN_MARCH: &str = "contextual_ao/march";
 /// Bevy's span for drawing volumes and all other transparent objects.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 
@@ -85,6 +87,9 @@ pub struct GpuUsage {
     pub buffers: u32,
     /// Bytes of both, textures counted by their formats.
     pub bytes: u64,
+    /// Bytes of what views see of volumes: 32 for every pixel in which a volume may be seen. `bytes` leaves them out, as
+    /// [`VolumeBudget`](crate::volume::VolumeBudget) does.
+    pub view_bytes: u64,
 }
 
 impl core::ops::Add for GpuUsage {
@@ -95,6 +100,7 @@ impl core::ops::Add for GpuUsage {
             textures: self.textures + other.textures,
             buffers: self.buffers + other.buffers,
             bytes: self.bytes + other.bytes,
+            view_bytes: self.view_bytes + other.view_bytes,
         }
     }
 }

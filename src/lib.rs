@@ -26,7 +26,7 @@
 //! doi:10.1016/j.cag.2024.01.011).
 //!
 //! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
-//! the shading. `render` extracts these descriptions and runs the passes. [`material`] draws the volumes.
+//! the shading. `render` extracts these descriptions and runs the passes. [`drawing`] draws the volumes.
 //! [`diagnostics`] reports the work done.
 
 #![cfg_attr(
@@ -43,7 +43,7 @@
 mod bundle;
 pub mod clip;
 pub mod diagnostics;
-pub mod material;
+pub mod drawing;
 pub mod occlusion;
 mod plugin;
 pub mod render;

@@ -12,7 +12,7 @@ use bevy::{
 use crate::{
     clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
     diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
-    material::VolumeMaterialPlugin,
+    drawing::VolumeDrawingPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, Formats, OcclusionRenderPlugin},
     volume::{OcclusionReady, VolumeOccluded, VolumePlugin},
@@ -37,7 +37,7 @@ impl Plugin for ContextualAoPlugin {
             warn!("ContextualAoPlugin: there is no renderer, so volumes are not drawn");
             return;
         }
-        app.add_plugins((OcclusionRenderPlugin, VolumeMaterialPlugin));
+        app.add_plugins((OcclusionRenderPlugin, VolumeDrawingPlugin));
     }
 
     // The graphics device does not exist before.

@@ -2,7 +2,8 @@
 
 use bevy_contextual_ao::{
     diagnostics::{
-        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_DRAW, SPAN_RANGES,
+        SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_DRAW, SPAN_MARCH,
+        SPAN_RANGES,
     },
     occlusion::{
         DirectOcclusion, OcclusionFiltering, OcclusionRays, OcclusionSweeping, ScreenSpaceOcclusion,
@@ -11,7 +12,7 @@ use bevy_contextual_ao::{
 use serde_json::{Value, json};
 
 /// Passes that are timed.
-pub const SPANS: [&str; 13] = [
+pub const SPANS: [&str; 14] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -19,6 +20,7 @@ pub const SPANS: [&str; 13] = [
     SPAN_CULL,
     SPAN_CLIP,
     SPAN_DISTANCES,
+    SPAN_MARCH,
     OcclusionRays::SPAN_MARK,
     OcclusionRays::SPAN_CAST,
     OcclusionSweeping::SPAN,
@@ -71,6 +73,7 @@ impl FrameTimes {
             "ms_cull": self.of(SPAN_CULL),
             "ms_clip": self.of(SPAN_CLIP),
             "ms_distances": self.of(SPAN_DISTANCES),
+            "ms_march": self.of(SPAN_MARCH),
             "ms_mark": self.of(OcclusionRays::SPAN_MARK),
             "ms_cast": self.of(OcclusionRays::SPAN_CAST),
             "ms_draw": self.draw,

@@ -55,7 +55,7 @@ pub enum MethodKind {
     AllVoxels,
     /// The occlusion of the surfaces in a view, after the view has been drawn, in every frame.
     DrawnViews,
-    /// The image of a volume in a view, in place of the material's image, in every frame.
+    /// The image of a volume in a view, in place of slices along view rays, in every frame.
     DrawingViews,
 }
 

@@ -46,7 +46,7 @@ pub enum OcclusionResolution {
 }
 
 impl OcclusionRays {
-    /// Span of the pass that finds the voxels that views will read, in the diagnostics.
+    /// Span of the pass that marks the stale voxels that views will read, in the diagnostics.
     pub const SPAN_MARK: &str = "contextual_ao/mark";
     /// Span of the pass that casts the rays of stale voxels (step V), in the diagnostics.
     pub const SPAN_CAST: &str = "contextual_ao/ray_cast";

@@ -1,4 +1,4 @@
-//! Content of the texels of a volume's occlusion texture. The passes that write it and the material agree by this.
+//! Content of the texels of a volume's occlusion texture. The passes that write it and drawing agree by this.
 
 use bevy::prelude::*;
 
@@ -48,7 +48,7 @@ impl OcclusionTexels {
         texel * self.size(voxels).as_u64vec3().element_product()
     }
 
-    /// Shader definition that the material is compiled with.
+    /// Shader definition that drawing is compiled with.
     pub(crate) fn shader_def(self) -> Option<&'static str> {
         match self {
             Self::Factors | Self::HalfFactors => None,

@@ -18,9 +18,11 @@ use super::{
     },
     methods::registry::VoxelMethods,
     plan::VolumePlan,
+    views::march::MarchPass,
 };
 use crate::diagnostics::{
-    ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_RANGES,
+    ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_MARCH,
+    SPAN_RANGES,
 };
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
@@ -28,7 +30,7 @@ pub(crate) fn encode_passes(
     (carver_plan, volume_plan): (Res<CarverPlan>, Res<VolumePlan>),
     CarverPasses { count, peel, dilate, cache }: CarverPasses,
     ClippingPasses { ranges, cull, clip, distances, .. }: ClippingPasses,
-    methods: Res<VoxelMethods>,
+    (march, methods): (Res<MarchPass>, Res<VoxelMethods>),
     clip_maps: Res<ClipMaps>,
     meshes: Res<RenderAssets<RenderMesh>>,
     allocator: Res<MeshAllocator>,
@@ -71,13 +73,18 @@ pub(crate) fn encode_passes(
         cull.encode(encoder, groups, Groups::Invocations(job.bricks), &cache);
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, carve)| {
-        carve.forget_pending(encoder);
+        if carve.begins_anew {
+            carve.forget_pending(encoder);
+        }
         let groups = [&job.groups.bricks, &carve.clip, &carve.words];
         clip.encode(encoder, groups, &carve.brick_list, &cache);
     });
     frame.pass(SPAN_DISTANCES, changed, |encoder, (job, carve)| {
         distances.encode(encoder, &job.groups.volume, &carve.distances, job.bricks, &cache);
     });
+
+    // What the views see, and which occlusion they read.
+    frame.pass(SPAN_MARCH, &volume_plan.marches, |encoder, job| march.encode_views(encoder, job, &cache));
 
     // Step V: the occlusion of voxels, by the methods of the volumes.
     methods.encode(&mut frame, &cache);

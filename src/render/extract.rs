@@ -75,9 +75,14 @@ impl Influence {
 }
 
 impl ExtractedVolume {
-    /// Whether the occlusion method draws the volume, in place of the material.
+    /// Whether the occlusion method draws the volume, in place of slices along view rays.
     pub fn is_drawn_by_method(&self) -> bool {
         self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.ambient_occlusion
+    }
+
+    /// Whether only an isosurface is drawn.
+    pub fn draws_surface(&self) -> bool {
+        self.occlusion.method.settings().drawing().draws_surface
     }
 
     /// Influence of carvers on this volume, at its scale in the world.

@@ -4,8 +4,8 @@
 //! (passes that this frame needs) → `encode` (the passes, in order).
 //!
 //! Folders follow the steps of the paper, each with its shaders: `carvers` (II and III), `clipping` (IV), `methods` (V;
-//! `rays` is the paper's). `views` holds shaders shared with drawing (VI, `material`), `gpu` the building blocks of
-//! passes. Each module imports only from modules before it in this order: `gpu`, `extract`, `windows`, `carvers`,
+//! `rays` is the paper's). `views` finds what view rays meet, for drawing (VI, `drawing`) to shade; `gpu` holds the
+//! building blocks of passes. Each module imports only from modules before it in this order: `gpu`, `extract`, `windows`, `carvers`,
 //! `volumes`, `clipping`, `views`, `methods`, `plan`, `encode`.
 
 #[cfg(all(test, feature = "other_methods"))]
@@ -39,8 +39,10 @@ use methods::{
 };
 
 pub(crate) use carvers::clip_maps::ClipMaps;
+pub(crate) use extract::ExtractedScene;
 pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
+pub(crate) use gpu::render_pipelines::variants_are_ready;
 pub use gpu::{
     compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     device::Gpu,
@@ -51,10 +53,12 @@ pub use methods::{
     registry::VoxelMethodPlugin,
     voxel_method::{KeptVolume, VolumeFrame, VoxelMethod, factor_format, volume_layout},
 };
+pub(crate) use views::runs::{BOX_VERTICES, MarchedViewUniform, VolumeRuns};
 pub use volumes::{
     kept::MethodResources,
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
+pub(crate) use windows::shows;
 
 /// System sets of the passes, in the render world.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -95,6 +99,7 @@ impl Plugin for OcclusionRenderPlugin {
             .init_gpu_resource::<ClipMaps>()
             .init_gpu_resource::<VolumeStore>()
             .init_resource::<windows::VolumeWindows>()
+            .init_gpu_resource::<views::runs::VolumeRuns>()
             .init_gpu_resource::<carvers::plan::CarverPlan>()
             .init_gpu_resource::<plan::VolumePlan>()
             .init_gpu_resource::<SpecializedRenderPipelines<carvers::clip_draw::ClipDrawPipeline>>()
@@ -110,6 +115,7 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<clipping::cull::CullPass>,
                     init_gpu_resource::<clipping::clip::ClipPasses>,
                     init_gpu_resource::<clipping::distances::DistancePasses>,
+                    init_gpu_resource::<views::march::MarchPass>,
                     init_gpu_resource::<VoxelMethods>,
                 )
                     .after(init_gpu_resource::<Formats>)

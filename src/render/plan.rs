@@ -12,20 +12,25 @@ use super::{
         registry::VoxelMethods,
         voxel_method::{KeptVolume, VolumeFrame},
     },
+    views::{
+        march::{MarchJob, MarchPass},
+        runs::{Stale, VolumeRuns},
+    },
     volumes::{
         carver_uniform::{CarverTable, CarverUniform},
         contents::Contents,
-        store::{VolumeResources, VolumeStore},
+        store::{VolumeGroups, VolumeResources, VolumeStore},
         uniform::VolumeUniform,
     },
     windows::VolumeWindows,
 };
 use crate::diagnostics::ReportChannel;
 
-/// Passes of step IV in this frame. The methods hold the passes of step V.
+/// Passes over volumes in this frame, but for those of step V: the methods hold these.
 #[derive(Resource, Default)]
 pub(crate) struct VolumePlan {
     pub clips: Vec<ClipJob>,
+    pub marches: Vec<MarchJob>,
 }
 
 /// Writes the inputs of the shaders and plans the passes over volumes.
@@ -34,19 +39,28 @@ pub(crate) fn plan_volumes(
     windows: Res<VolumeWindows>,
     carver_plan: Res<CarverPlan>,
     clip_maps: Res<ClipMaps>,
-    clipping: ClippingPasses,
+    (clipping, march): (ClippingPasses, Res<MarchPass>),
     pipelines: Res<MethodPipelines>,
     gpu: Gpu,
     report: Res<ReportChannel>,
     mut methods: ResMut<VoxelMethods>,
-    mut store: ResMut<VolumeStore>,
+    (mut store, mut runs): (ResMut<VolumeStore>, ResMut<VolumeRuns>),
     mut plan: ResMut<VolumePlan>,
 ) {
     plan.clips.clear();
+    plan.marches.clear();
+    runs.begin_frame();
     let Some(clip) = &clip_maps.textures else {
         return;
     };
-    let planning = Planning { scene: &scene, windows: &windows, clip, clipping: &clipping, gpu: &gpu };
+    let mut planning = Planning {
+        scene: &scene,
+        windows: &windows,
+        clipping: &clipping,
+        march: &march,
+        runs: &mut runs,
+        gpu: &gpu,
+    };
     let mut ready = Vec::new();
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
         let Some(resources) = store.0.get_mut(&volume.entity) else {
@@ -62,16 +76,23 @@ pub(crate) fn plan_volumes(
         }
         let carvers = carvers_of(volume, &scene, &carver_plan);
         let looks_different = write_volume(volume, resources, &carvers, are_ready, clip, &scene, &gpu);
+        let Some(groups) = resources.keep_groups(clip, &gpu.formats, &gpu.cache, &gpu.device) else {
+            continue;
+        };
         if are_ready {
             let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
-            plan.clips.extend(planning.plan(volume, resources, contents, looks_different, &mut methods));
+            planning.plan(volume, resources, &groups, (contents, looks_different), &mut methods, &mut plan);
+        } else {
+            // It is drawn meanwhile, without occlusion.
+            let march = planning.march(volume, &groups, &Stale::Everything);
+            plan.marches.extend(march);
         }
     }
     if let Ok(mut report) = report.0.lock() {
         report.ready = ready;
         report.layers_wanted = carver_plan.layers_wanted;
         report.cut_off.clone_from(&carver_plan.cut_off);
-        report.usage = store.usage() + clip_maps.usage();
+        report.usage = store.usage() + clip_maps.usage() + runs.usage();
     }
 }
 
@@ -114,42 +135,58 @@ fn write_volume(
 struct Planning<'a, 'w> {
     scene: &'a ExtractedScene,
     windows: &'a VolumeWindows,
-    clip: &'a ClipTextures,
     clipping: &'a ClippingPasses<'w>,
+    march: &'a MarchPass,
+    runs: &'a mut VolumeRuns,
     gpu: &'a Gpu<'w>,
 }
 
 impl Planning<'_, '_> {
     fn plan(
-        &self,
+        &mut self,
         volume: &ExtractedVolume,
         resources: &mut VolumeResources,
-        contents: Contents,
-        looks_different: bool,
+        groups: &VolumeGroups,
+        (contents, looks_different): (Contents, bool),
         methods: &mut VoxelMethods,
-    ) -> Option<ClipJob> {
-        let Gpu { device, queue, cache, formats } = self.gpu;
+        plan: &mut VolumePlan,
+    ) {
+        let Gpu { device, queue, .. } = self.gpu;
         let optimizations = &self.scene.optimizations;
         let mut method = methods.of_mut(&volume.occlusion.method);
         let kept_volume = KeptVolume { volume, resources };
         let demand =
             method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, optimizations));
         let step = resources.clip_step(volume, contents, demand, optimizations);
-        let groups = resources.keep_groups(self.clip, formats, cache, device)?;
-        let clip = self.clipping.bind(&step, resources, &groups, device, queue);
+        plan.clips.extend(self.clipping.bind(&step, resources, groups, device, queue));
+        let stale = if looks_different { Stale::Everything } else { Stale::by(&step, volume, optimizations) };
+        if !volume.is_drawn_by_method() {
+            plan.marches.extend(self.march(volume, groups, &stale));
+        }
         let mut kept = resources.kept.take();
         if let (Some(method), Some(kept)) = (&mut method, &mut kept) {
             let frame = VolumeFrame {
                 of: KeptVolume { volume, resources },
-                groups: &groups,
+                groups,
                 step: &step,
                 windows: self.windows.onto(volume.entity),
+                runs: self.runs.of_mut(volume.entity),
                 looks_different,
                 optimizations,
             };
             method.plan(&mut **kept, &frame, self.gpu);
         }
         resources.kept = kept;
-        clip
+    }
+
+    /// Plans the march of a volume's views.
+    fn march(&mut self, volume: &ExtractedVolume, groups: &VolumeGroups, stale: &Stale) -> Option<MarchJob> {
+        let windows = self.windows.onto(volume.entity);
+        let runs = self.runs.of_mut(volume.entity);
+        if volume.draws_surface() {
+            runs.plan_without(windows, self.gpu);
+            return None;
+        }
+        self.march.plan(windows, runs, stale, groups, self.gpu)
     }
 }

@@ -14,6 +14,7 @@ use bevy::{
 };
 
 use super::extract::{ExtractedScene, ExtractedVolume};
+use crate::volume::DrawnBox;
 
 /// Window of a view onto a volume, `Window` in WGSL (`window.wgsl`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
@@ -67,7 +68,9 @@ pub(crate) struct VolumeWindow {
     pub view: Entity,
     pub uniform: WindowUniform,
     /// Transform from volume space (mm) to clip space.
-    clip_from_local: Mat4,
+    pub clip_from_local: Mat4,
+    /// Whether the view shows the voxels mirrored, so that the faces of their box have the other winding.
+    pub is_mirrored: bool,
 }
 
 impl VolumeWindow {
@@ -101,8 +104,9 @@ impl Views<'_, '_> {
     }
 }
 
-fn shows(visible: &RenderVisibleEntities, mesh: MainEntity) -> bool {
-    visible.get::<Mesh3d>().is_some_and(|meshes| meshes.iter_visible().any(|(_, other)| *other == mesh))
+/// Whether a view shows the box of a volume.
+pub(crate) fn shows(visible: &RenderVisibleEntities, drawn_box: MainEntity) -> bool {
+    visible.get::<DrawnBox>().is_some_and(|boxes| boxes.iter_visible().any(|(_, other)| *other == drawn_box))
 }
 
 /// Window of a view around a volume's box. `None` if the box is out of view.
@@ -123,7 +127,10 @@ fn window(
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
         WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
-    first.cmplt(end).all().then_some(VolumeWindow { view: entity, uniform, clip_from_local })
+    let is_mirrored = view.invert_culling
+        ^ (volume.world_from_local.matrix3.determinant() < 0.0)
+        ^ (volume.geometry.local_from_voxel.matrix3.determinant() < 0.0);
+    first.cmplt(end).all().then_some(VolumeWindow { view: entity, uniform, clip_from_local, is_mirrored })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -176,6 +183,7 @@ mod tests {
             view: Entity::PLACEHOLDER,
             uniform: WindowUniform { viewport, first, end, ..default() },
             clip_from_local: far,
+            is_mirrored: false,
         };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");

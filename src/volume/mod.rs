@@ -39,7 +39,7 @@ pub use presets::Preset;
 pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
 pub use transfer_function::{ControlPoint, GradientPoint, TransferFunction};
 pub use transfer_function_error::TransferFunctionError;
-pub(crate) use volume3d::VolumeBox;
+pub(crate) use volume3d::{DrawnBox, VolumeBox};
 pub use volume3d::{OcclusionReady, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};
 
 /// Sets of the volume plugin's systems, in [`PostUpdate`].

@@ -2,10 +2,11 @@
 
 use bevy::{
     asset::{AsAssetId, AssetId},
+    camera::visibility::{VisibilityClass, add_visibility_class},
     prelude::*,
 };
 
-use super::{TransferFunction, Volume};
+use super::{TransferFunction, Volume, VolumeGeometry};
 
 /// World units per millimetre of a volume: 1 world unit is 1 m. A volume's [`Transform`] applies on top.
 pub const WORLD_UNITS_PER_MM: f32 = 0.001;
@@ -51,9 +52,15 @@ impl AsAssetId for Volume3d {
     }
 }
 
-/// The child of a [`Volume3d`] whose box the volume is drawn on.
+/// The child of a [`Volume3d`] whose box is drawn, as a [`DrawnBox`].
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct VolumeBox(pub Entity);
+
+/// The box that the voxels of a grid fill. Views that show it draw the volume.
+#[derive(Component, Clone, PartialEq)]
+#[require(Visibility, VisibilityClass)]
+#[component(on_add = add_visibility_class::<Self>)]
+pub(crate) struct DrawnBox(pub VolumeGeometry);
 
 /// The transfer function of a [`Volume3d`]. The default handle stands for
 /// [`TransferFunction::for_volume`], made when the volume has loaded.

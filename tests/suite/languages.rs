@@ -1,4 +1,4 @@
-//! Shaders as wgpu would write them for Metal and Direct3D 12. No test runs on those devices. Their other limits are
+//! Shaders as wgpu would write them for Metal, Direct3D 12 and Vulkan. No test runs on the first two. Their other limits are
 //! in `docs/drivers.md`.
 
 use bevy::{
@@ -17,7 +17,7 @@ use bevy_contextual_ao::{occlusion::ScreenSpaceOcclusion, prelude::*};
 use contextual_ao_kit::mode::ShadingMode;
 use naga::{
     Module,
-    back::{hlsl, msl},
+    back::{hlsl, msl, spv},
     valid::{Capabilities, ValidationFlags, Validator},
 };
 
@@ -29,7 +29,7 @@ const METAL_VERSION: (u8, u8) = (2, 1);
 /// Shader model of the compiler that every Windows has.
 const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
 
-/// Writes a shader in both languages, or says why one language cannot express it.
+/// Writes a shader in all languages, or says why one language cannot express it.
 pub fn write(module: &Module) -> Result<(), String> {
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
     let info = validator.validate(module).map_err(|error| format!("{:?}", error.into_inner()))?;
@@ -49,7 +49,10 @@ pub fn write(module: &Module) -> Result<(), String> {
         let name = entry_point.map_err(|error| format!("Direct3D: {error:?}"))?;
         assert!(text.contains(&name), "Direct3D: there is no {name}");
     }
-    Ok(())
+    let mut words = Vec::new();
+    spv::Writer::new(&Default::default())
+        .and_then(|mut writer| writer.write(module, &info, None, &None, &mut words))
+        .map_err(|error| format!("Vulkan: {error:?}"))
 }
 
 fn write_source(_: &(), source: ShaderCacheSource, _: &ValidateShader) -> Result<(), ShaderCacheError> {
@@ -75,7 +78,7 @@ fn drawn(scene: &TestScene, file: &str) -> Vec<Drawn> {
     drawn.filter(|(id, _)| is_of_file(*id)).collect()
 }
 
-/// The given shaders, in all variants of the material.
+/// The given shaders, in all variants of volumes.
 fn in_all_variants(drawn: Vec<Drawn>) -> Vec<Drawn> {
     const TEXELS: [&[&str]; 3] = [&[], &["OCTANTS"], &["MODULATED"]];
     const SURFACES: [&[&str]; 2] = [&[], &["ISOSURFACE"]];
@@ -113,8 +116,8 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
             scene.headless.frames(3);
         }
     }
-    let mut shaders = in_all_variants(drawn(&scene, "material/volume.wgsl"));
-    assert!(shaders.len() >= 3 * 12, "{} variants of the material", shaders.len());
+    let mut shaders = in_all_variants(drawn(&scene, "drawing/volume.wgsl"));
+    assert!(shaders.len() >= 3 * 12, "{} variants of drawing", shaders.len());
     for (file, least) in [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2)] {
         let drawn = drawn(&scene, file);
         assert!(drawn.len() >= least, "{} variants of {file}", drawn.len());

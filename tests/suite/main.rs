@@ -43,6 +43,7 @@ mod properties;
 mod ray_methods;
 mod readers;
 mod rigs;
+mod runs;
 mod screen_space;
 mod settings_changes;
 mod shaders;

@@ -1,5 +1,5 @@
 //! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
-//! This includes variants that the device at hand would not use. `drawing` draws the material's variants. `direct`
+//! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`. `direct`
 //! draws those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes both.
 
 use naga::{Binding, BuiltIn};
@@ -17,7 +17,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 22] = sources![
+const LIBRARIES: [(&str, &str); 26] = sources![
     "volumes/bindings.wgsl",
     "volumes/bricks.wgsl",
     "volumes/brick_bindings.wgsl",
@@ -30,11 +30,15 @@ const LIBRARIES: [(&str, &str); 22] = sources![
     "clipping/coverage.wgsl",
     "clipping/emptiness.wgsl",
     "views/view_ray.wgsl",
+    "views/runs.wgsl",
+    "views/next_run.wgsl",
     "clipping/density.wgsl",
     "methods/filtering/voxel_lines.wgsl",
     "methods/filtering/voxel_density.wgsl",
     "views/orientation.wgsl",
     "views/window.wgsl",
+    "views/marched_view.wgsl",
+    "views/seen.wgsl",
     "methods/screen_space/bindings.wgsl",
     "methods/sweeping/sweeping.wgsl",
     "views/shading.wgsl",
@@ -42,7 +46,7 @@ const LIBRARIES: [(&str, &str); 22] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 24] = sources![
+const ENTRIES: [(&str, &str); 25] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -52,6 +56,7 @@ const ENTRIES: [(&str, &str); 24] = sources![
     "clipping/clip.wgsl",
     "clipping/expire.wgsl",
     "clipping/distances.wgsl",
+    "views/march.wgsl",
     "methods/rays/mark.wgsl",
     "methods/rays/cast.wgsl",
     "methods/filtering/densities.wgsl",
@@ -130,6 +135,7 @@ fn every_variant_composes_validates_and_is_written_for_other_devices() {
             let mut definitions: HashMap<String, ShaderDefValue> =
                 names.map(|(_, name)| (name.to_string(), ShaderDefValue::Bool(true))).collect();
             definitions.insert("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0));
+            definitions.insert("RUNS_BIND_GROUP".into(), ShaderDefValue::UInt(1));
             for axis in 0..if has_axis(entry.0) { 3 } else { 1 } {
                 definitions.insert("AXIS".into(), ShaderDefValue::UInt(axis));
                 let written =
@@ -177,7 +183,10 @@ fn passes_over_lists_do_not_ask_for_the_number_of_workgroups() {
         ENTRIES.into_iter().filter(|(_, source)| source.contains("listed_item(")).collect();
     assert!(over_lists.len() >= 3, "{} passes run over lists", over_lists.len());
     for entry in over_lists {
-        let definitions = HashMap::from([("VOLUME_BIND_GROUP".into(), ShaderDefValue::UInt(0))]);
+        let definitions = HashMap::from(
+            [("VOLUME_BIND_GROUP", 0), ("RUNS_BIND_GROUP", 1)]
+                .map(|(name, group)| (name.into(), ShaderDefValue::UInt(group))),
+        );
         let module = compose(entry, definitions).expect("a shader");
         let arguments = module.entry_points.iter().flat_map(|entry_point| &entry_point.function.arguments);
         let asks = |binding: &Option<Binding>| *binding == Some(Binding::BuiltIn(BuiltIn::NumWorkGroups));

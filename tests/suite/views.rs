@@ -45,7 +45,7 @@ fn scene(volume: Volume) -> TestScene {
     scene
 }
 
-fn scene_of(volume: Volume, function: TransferFunction, mode: ShadingMode) -> TestScene {
+pub fn scene_of(volume: Volume, function: TransferFunction, mode: ShadingMode) -> TestScene {
     let mut scene = TestScene::with(volume, function, few_rays(), mode, |app| {
         let [r, g, b] = BACKGROUND.as_vec3().to_array();
         app.insert_resource(ClearColor(Color::linear_rgb(r, g, b)));
@@ -106,7 +106,7 @@ fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expect
 const ALL: [UVec2; 2] = [UVec2::ZERO, IMAGE];
 
 /// Compares the image of the scene's only camera with the integral.
-fn check(name: &str, scene: &mut TestScene, integral: &Integral) {
+pub fn check(name: &str, scene: &mut TestScene, integral: &Integral) {
     let camera = scene.camera();
     let view = View::of(scene, camera, IMAGE);
     assert_shows(name, scene, ALL, |pixel| in_front(integral.pixel(&view, pixel)));

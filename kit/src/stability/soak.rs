@@ -3,7 +3,7 @@
 
 use crate::mode::ShadingMode;
 use bevy::{math::DVec3, prelude::*};
-use bevy_contextual_ao::{diagnostics::GpuUsage, material::VolumeMaterial, prelude::*};
+use bevy_contextual_ao::{diagnostics::GpuUsage, prelude::*};
 
 use super::{
     super::{
@@ -58,7 +58,6 @@ struct Holdings {
     usage: GpuUsage,
     entities: u32,
     meshes: usize,
-    materials: usize,
     volumes: usize,
     functions: usize,
 }
@@ -71,7 +70,6 @@ impl Holdings {
             usage,
             entities: world.entities().count_spawned(),
             meshes: world.resource::<Assets<Mesh>>().len(),
-            materials: world.resource::<Assets<VolumeMaterial>>().len(),
             volumes: world.resource::<Assets<Volume>>().len(),
             functions: world.resource::<Assets<TransferFunction>>().len(),
         }

@@ -176,7 +176,7 @@ fn first_gap(mut taken: Vec<LayerRange>, count: u32, capacity: u32) -> Option<La
     (first + count <= capacity).then_some(LayerRange { first, count })
 }
 
-/// Allocates and frees maps, before materials bind them.
+/// Allocates and frees maps, before drawing binds them.
 pub(crate) fn keep_clip_maps(
     scene: Res<ExtractedScene>,
     device: Res<RenderDevice>,

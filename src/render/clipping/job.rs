@@ -31,6 +31,8 @@ pub(crate) struct CarveJob {
     voxel_masks: Buffer,
     /// First byte and size of the mask of pending voxels.
     pending: (u64, u64),
+    /// Whether all voxels are stale. Only then may voxels be pending from frames before.
+    pub begins_anew: bool,
     pub cull: BindGroup,
     /// The list of bricks that `cull` fills.
     pub bricks: BindGroup,
@@ -65,7 +67,7 @@ impl ClippingPasses<'_> {
         }
         let changes = step.changes.clone();
         let carve = match changes {
-            Some(changes) => Some(self.bind_carve(changes, volume, device, queue)?),
+            Some(changes) => Some(self.bind_carve(changes, step.is_all_stale, volume, device, queue)?),
             None => None,
         };
         Some(ClipJob {
@@ -79,6 +81,7 @@ impl ClippingPasses<'_> {
     fn bind_carve(
         &self,
         mut changes: Vec<CarverUniform>,
+        begins_anew: bool,
         volume: &mut VolumeResources,
         device: &RenderDevice,
         queue: &RenderQueue,
@@ -93,6 +96,7 @@ impl ClippingPasses<'_> {
         Some(CarveJob {
             voxel_masks: volume.bricks.voxel_masks.clone(),
             pending: volume.bricks.mask(PENDING),
+            begins_anew,
             cull: self.cull.bind_volume(volume, cache, device)?,
             bricks: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
             clip: self.clip.bind_volume(volume, cache, device)?,

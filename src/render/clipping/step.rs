@@ -14,6 +14,7 @@ use crate::{
             store::VolumeResources,
         },
     },
+    volume::VolumeGeometry,
 };
 
 /// Demands of an occlusion method on clipping.
@@ -106,10 +107,13 @@ impl VolumeResources {
     }
 }
 
-/// Boxes around changed carvers that contain all points at which they may show; `None` if that is everywhere.
-pub(crate) fn outlines(changes: &[CarverUniform], volume: &ExtractedVolume) -> Option<Vec<[Vec3; 8]>> {
+/// Boxes around changed carvers that contain all points within a radius of their changes; `None` if that is everywhere.
+pub(crate) fn outlines(
+    changes: &[CarverUniform],
+    radius_mm: f64,
+    geometry: &VolumeGeometry,
+) -> Option<Vec<[Vec3; 8]>> {
     // A point reads voxels that are up to a cell's diagonal away. Another diagonal covers rounding.
-    let geometry = &volume.geometry;
-    let radius_mm = volume.occlusion.reach_mm(geometry) + 2.0 * geometry.cell_diagonal_mm();
+    let radius_mm = radius_mm + 2.0 * geometry.cell_diagonal_mm();
     changes.iter().map(|carver| carver.outline(radius_mm as f32)).collect()
 }

@@ -48,7 +48,8 @@ pub struct PassDescriptor<'a> {
     pub shader: Handle<Shader>,
     /// Entry point of the shader. `None`: the shader's only entry point.
     pub entry_point: Option<&'static str>,
-    /// Definitions besides those of all passes. All passes have `VOLUME_BIND_GROUP`. `STORE_R8` is set if the device
+    /// Definitions besides those of all passes. All passes have `VOLUME_BIND_GROUP` and
+    /// `RUNS_BIND_GROUP`. `STORE_R8` is set if the device
     /// can write textures of one byte a texel. `GRID_BORDER` is set if samples outside a grid are transparent.
     pub shader_defs: Vec<ShaderDefVal>,
     /// Layouts of the groups before the pass's own group.

@@ -89,7 +89,8 @@ impl Formats {
 
     /// Definitions for every compute shader.
     pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
-        let mut defs = vec![ShaderDefVal::UInt("VOLUME_BIND_GROUP".into(), 0)];
+        let group = |name: &str, group| ShaderDefVal::UInt(name.into(), group);
+        let mut defs = vec![group("VOLUME_BIND_GROUP", 0), group("RUNS_BIND_GROUP", 1)];
         if self.scalar == TextureFormat::R8Unorm {
             defs.push("STORE_R8".into());
         }

@@ -52,6 +52,16 @@ impl<K: Eq + Hash, B: Default> BuffersOf<K, B> {
         let Self { now, before } = self;
         now.entry(key).or_insert_with_key(|key| before.remove(key).unwrap_or_default())
     }
+
+    /// Buffer of a key that this frame asked for.
+    pub fn get(&self, key: K) -> Option<&B> {
+        self.now.get(&key)
+    }
+
+    /// Buffers that this frame asked for.
+    pub fn iter(&self) -> impl Iterator<Item = &B> {
+        self.now.values()
+    }
 }
 
 impl<K: Eq + Hash, T: ShaderType + WriteInto + PartialEq + Default> BuffersOf<K, UniformBuffer<T>> {

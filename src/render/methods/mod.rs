@@ -24,7 +24,7 @@ pub(super) struct MethodPlugins;
 
 impl Plugin for MethodPlugins {
     fn build(&self, app: &mut App) {
-        // The material is always compiled with these libraries, whatever it draws.
+        // Drawing is always compiled with these libraries, whatever is drawn.
         load_shader_library!(app, "sweeping/octants.wgsl");
         load_shader_library!(app, "sweeping/surface_ray.wgsl");
         app.add_plugins(rays::RaysPlugin);

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use super::registry::VoxelMethods;
 use crate::{
     occlusion::OcclusionMethod,
-    render::{carvers::passes::CarverPasses, clipping::passes::ClippingPasses},
+    render::{carvers::passes::CarverPasses, clipping::passes::ClippingPasses, views::march::MarchPass},
 };
 
 /// Whether frames are drawn while a shader is being compiled.
@@ -84,7 +84,7 @@ pub(crate) fn find_ready(world: &mut World) {
 /// Asks for the pipelines of all wanted passes, even after one is not ready.
 pub(crate) fn ask(
     carvers: CarverPasses,
-    clipping: ClippingPasses,
+    (clipping, march): (ClippingPasses, Res<MarchPass>),
     voxels: Res<VoxelMethods>,
     views: Res<ViewPipelines>,
     cache: Res<PipelineCache>,
@@ -94,7 +94,7 @@ pub(crate) fn ask(
     let Ok(mut wanted) = methods.0.lock() else {
         return;
     };
-    let can_clip = clipping.are_ready();
+    let can_clip = clipping.are_ready() & march.is_ready(&cache);
     all.0 = carvers.are_ready();
     for (method, is_there) in wanted.values_mut() {
         let is_ready = if method.kind().is_of_voxels() {

@@ -142,7 +142,7 @@ pub(crate) fn begin_methods(world: &mut World) {
     });
 }
 
-/// Keeps each volume's resources for its method, and frees those of other methods, before materials bind them.
+/// Keeps each volume's resources for its method, and frees those of other methods, before drawing binds them.
 pub(crate) fn keep_for_methods(
     scene: Res<ExtractedScene>,
     methods: Res<VoxelMethods>,

@@ -13,6 +13,7 @@ use crate::{
         clipping::step::{ClipStep, Demand},
         extract::ExtractedVolume,
         gpu::{device::Gpu, formats::Formats, frame::Frame},
+        views::runs::ViewRuns,
         volumes::{
             kept::MethodResources,
             layouts::bricks_layout,
@@ -99,6 +100,8 @@ pub struct VolumeFrame<'a> {
     pub(crate) groups: &'a VolumeGroups,
     pub(crate) step: &'a ClipStep,
     pub(crate) windows: &'a [VolumeWindow],
+    /// What these views see.
+    pub(crate) runs: &'a ViewRuns,
     /// Whether the volume is drawn differently than before, for any reason.
     pub(crate) looks_different: bool,
     pub(crate) optimizations: &'a Optimizations,

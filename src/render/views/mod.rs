@@ -1,11 +1,20 @@
-//! Shaders that passes and drawing share: view rays, and the shading of their samples.
+//! View rays: what they meet (`march`), and shaders that shade it.
 
-use bevy::{prelude::*, shader::load_shader_library};
+pub(super) mod dispatch;
+pub(super) mod march;
+pub(super) mod runs;
 
-/// Adds the shader libraries.
+use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
+
+/// Adds the shaders.
 pub(super) fn add_shaders(app: &mut App) {
+    load_shader_library!(app, "window.wgsl");
+    load_shader_library!(app, "marched_view.wgsl");
     load_shader_library!(app, "view_ray.wgsl");
+    load_shader_library!(app, "runs.wgsl");
+    load_shader_library!(app, "next_run.wgsl");
+    load_shader_library!(app, "seen.wgsl");
     load_shader_library!(app, "orientation.wgsl");
     load_shader_library!(app, "shading.wgsl");
-    load_shader_library!(app, "window.wgsl");
+    embedded_asset!(app, "march.wgsl");
 }

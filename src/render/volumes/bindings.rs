@@ -1,4 +1,4 @@
-//! Bindings of a volume for every pass over it, and for the material (`bindings.wgsl`).
+//! Bindings of a volume for every pass over it, and for drawing (`bindings.wgsl`).
 
 use bevy::{
     prelude::*,

@@ -1,5 +1,5 @@
 // Inputs of every pass over a volume and its carvers. The Rust side is `uniform.rs` and `carver_uniform.rs` (data),
-// `layouts.rs` and `bindings.rs`. The group is 0 in compute passes and the material's group when drawing.
+// `layouts.rs` and `bindings.rs`. The group is 0 in compute passes and another when drawing.
 
 #define_import_path bevy_contextual_ao::volume_bindings
 
@@ -48,8 +48,6 @@ struct VolumeUniform {
     high_octants: vec4<f32>,
     occlusion_power: f32,
     both_sides: f32,
-    // 0: drawing takes no samples, because a pass of the view draws the volume.
-    march_share: f32,
 }
 
 struct Carver {
@@ -115,6 +113,11 @@ fn classify_intensity(intensity: f32) -> vec4<f32> {
     let a = textureLoad(lookup_table, vec2(u32(below), 0u), 0);
     let b = textureLoad(lookup_table, vec2(u32(below) + 1u, 0u), 0);
     return mix(a, b, entry - below);
+}
+
+// Opacity per unit distance of an intensity.
+fn opacity_of_intensity(intensity: f32) -> f32 {
+    return classify_intensity(intensity).a;
 }
 
 // Opacity per unit distance → opacity of a step. `exponent` is the ratio of step to unit distance.

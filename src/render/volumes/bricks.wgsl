@@ -88,21 +88,26 @@ fn voxel_of_word(word: u32) -> vec3<u32> {
     return 4u * brick_at(word >> 1u) + vec3(0u, 0u, 2u * (word & 1u));
 }
 
-// Number of steps from a point until a ray leaves a box.
-fn steps_to_leave(p: vec3<f32>, step: vec3<f32>, lower: vec3<f32>, upper: vec3<f32>) -> f32 {
+// Steps per voxel along each axis; 0 along an axis that a ray does not move along.
+fn inverse_step(step: vec3<f32>) -> vec3<f32> {
     let still = abs(step) < vec3(1e-6);
-    let bound = select(lower, upper, step > vec3(0.0));
-    let steps = select((bound - p) / select(step, vec3(1.0), still), vec3(1e6), still);
+    return select(1.0 / select(step, vec3(1.0), still), vec3(0.0), still);
+}
+
+// Number of steps from a point until a ray leaves a box. Lengths are in voxels.
+fn steps_to_leave(p: vec3<f32>, inverse: vec3<f32>, lower: vec3<f32>, upper: vec3<f32>) -> f32 {
+    let bound = select(lower, upper, inverse > vec3(0.0));
+    let steps = select((bound - p) * inverse, vec3(1e6), inverse == vec3(0.0));
     return min(steps.x, min(steps.y, steps.z));
 }
 
 // Number of samples, from this one on, before a ray leaves the bricks nearer than `distance` to the point's brick.
-// `distance` is above 0, in bricks (Chebyshev). Point and step are in voxels. Where these bricks are empty, rounding is
-// harmless: a point's trilinear footprint ends half a voxel before a brick's.
-fn samples_within(p: vec3<f32>, step: vec3<f32>, distance: u32) -> u32 {
+// `distance` is above 0, in bricks (Chebyshev); 1 is the point's brick alone. Lengths are in voxels. Where these bricks
+// are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
+fn samples_within(p: vec3<f32>, inverse: vec3<f32>, distance: u32) -> u32 {
     let brick = vec3<f32>(brick_of_point(p));
     let lower = 4.0 * (brick - f32(distance - 1u));
     let upper = 4.0 * (brick + f32(distance));
     // At least 1, so that a loop of leaps ends even where a number is NaN: compiled loops have no guard.
-    return max(u32(clamp(ceil(steps_to_leave(p, step, lower, upper)), 1.0, 1e6)), 1u);
+    return max(u32(clamp(ceil(steps_to_leave(p, inverse, lower, upper)), 1.0, 1e6)), 1u);
 }

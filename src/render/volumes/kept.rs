@@ -11,8 +11,7 @@ pub trait MethodResources: Any + Send + Sync {
     fn usage(&self) -> GpuUsage;
 
     /// Texture that orients surfaces when views draw them, in place of the clipped opacities. It holds a distance
-    /// field's gradient and the distance (`orientation.wgsl`). The material binds the view as long as
-    /// [`MethodSettings::drawing`](crate::occlusion::MethodSettings::drawing) is the same: the view must stay as long.
+    /// field's gradient and the distance (`orientation.wgsl`).
     fn orientations(&self) -> Option<&TextureView> {
         None
     }

@@ -1,4 +1,4 @@
-//! Layouts of the bindings that all passes over a volume share with the material (`bindings.wgsl`).
+//! Layouts of the bindings that all passes over a volume share with drawing (`bindings.wgsl`).
 
 use bevy::{
     prelude::*,

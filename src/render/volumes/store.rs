@@ -217,7 +217,7 @@ impl VolumeResources {
             state: default(),
             groups: None,
         };
-        // The material binds these buffers in the volume's first frame, before their values are known.
+        // Drawing binds these buffers in the volume's first frame, before their values are known.
         new.uniform.write_buffer(device, queue);
         new.carvers.write_buffer(device, queue);
         new
@@ -293,7 +293,7 @@ fn occlusion_texture(
     written("contextual_ao_occlusion", texels.size(voxels), format, device)
 }
 
-/// Allocates and frees resources, before materials bind them.
+/// Allocates and frees resources, before drawing binds them.
 pub(crate) fn keep_volumes(
     scene: Res<ExtractedScene>,
     formats: Res<Formats>,

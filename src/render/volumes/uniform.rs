@@ -38,7 +38,6 @@ pub(crate) struct VolumeUniform {
     high_octants: Vec4,
     occlusion_power: f32,
     both_sides: f32,
-    march_share: f32,
 }
 
 impl VolumeUniform {
@@ -101,7 +100,6 @@ impl VolumeUniform {
             high_octants: Vec4::from_slice(&octants[4..]),
             occlusion_power: drawing.power,
             both_sides: f32::from(drawing.both_sides),
-            march_share: f32::from(!has_occlusion || !volume.is_drawn_by_method()),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Direct occlusion shading. Every view that shows a volume with this method has passes that draw the volume in place
-//! of its material.
+//! of slices along view rays.
 //!
 //! `slicing` (places of the slices) → `views` (volumes of each view, with bind groups) → `slices` (the pass over
 //! every slice) → `composite` (over the image drawn so far).

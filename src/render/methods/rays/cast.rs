@@ -26,7 +26,7 @@ use crate::{
             device::Gpu,
             formats::Formats,
         },
-        volumes::{bricks::PENDING, layouts::bricks_layout, store::VolumeResources},
+        volumes::{layouts::bricks_layout, store::VolumeResources},
     },
 };
 
@@ -44,12 +44,7 @@ pub(crate) struct RayCastPasses {
 pub(crate) struct RayCastJob {
     group: BindGroup,
     word_list: Buffer,
-    voxel_masks: Buffer,
-    /// First byte and size of the mask of pending voxels.
-    pending: (u64, u64),
     variant: Variant,
-    /// Whether the next frame casts other rays from the same voxels.
-    goes_on: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -70,7 +65,7 @@ impl FromWorld for RayCastPasses {
                 uniform_buffer::<RayPassUniform>(false),
                 storage_buffer_read_only::<Vec<Vec4>>(false),
                 read,
-                read,
+                storage_buffer_sized(false, None),
                 texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
             ),
         )
@@ -116,13 +111,12 @@ impl RayCastPasses {
         self.progressive.is_ready(cache)
     }
 
-    /// Binds the resources of a volume. With progressive rays, added up in `ray_sums`, `goes_on` says whether more rays
-    /// follow in later frames.
+    /// Binds the resources of a volume.
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
         kept: &KeptRays,
-        (counts, goes_on): (bool, bool),
+        counts: bool,
         gpu: &Gpu,
     ) -> Option<RayCastJob> {
         let bricks = &volume.bricks;
@@ -141,14 +135,7 @@ impl RayCastPasses {
         let own = own.map(|(binding, resource)| BindGroupEntry { binding, resource });
         let entries: Vec<_> = shared.chain(own).collect();
         let group = self.pass(variant).bind_entries(&entries, &gpu.cache, &gpu.device);
-        Some(RayCastJob {
-            group,
-            word_list: bricks.word_list.clone(),
-            voxel_masks: bricks.voxel_masks.clone(),
-            pending: bricks.mask(PENDING),
-            variant,
-            goes_on,
-        })
+        Some(RayCastJob { group, word_list: bricks.word_list.clone(), variant })
     }
 
     fn pass(&self, variant: Variant) -> &ComputePass {
@@ -159,7 +146,7 @@ impl RayCastPasses {
         }
     }
 
-    /// Casts the pending voxels. Clears their mask afterwards, unless more rays follow.
+    /// Casts the pending voxels. Their mask is clear afterwards, unless more rays follow.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
@@ -169,9 +156,5 @@ impl RayCastPasses {
     ) {
         let listed = Groups::Listed(&job.word_list, ListEnd::Front);
         self.pass(job.variant).encode(encoder, [volume, &job.group], listed, cache);
-        if !job.goes_on {
-            let (first, size) = job.pending;
-            encoder.clear_buffer(&job.voxel_masks, first, Some(size));
-        }
     }
 }

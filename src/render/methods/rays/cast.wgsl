@@ -9,7 +9,7 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
-    bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
+    bricks::{PENDING, inverse_step, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
     listed::{NOTHING, listed_item},
     volume_bindings::{volume, voxel_index},
     work_list::FRONT,
@@ -27,6 +27,8 @@ struct RayPass {
     // Progressive rays: share of the earlier sums that counts, and the total weight of the new sums.
     kept: f32,
     found_weight: f32,
+    // 1: other rays of the same voxels follow in the next frame.
+    goes_on: u32,
 }
 
 // Opacities after clipping, V_o.
@@ -37,7 +39,7 @@ struct RayPass {
 // Two entries a ray, in texture coordinates: the offset of the first sample with the ray's weight, then
 // the step between samples.
 @group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
-@group(1) @binding(5) var<storage, read> voxel_masks: array<u32>;
+@group(1) @binding(5) var<storage, read_write> voxel_masks: array<u32>;
 #ifdef STORE_R8
 @group(1) @binding(6) var occlusion: texture_storage_3d<r8unorm, write>;
 #else
@@ -90,41 +92,45 @@ fn opacity_at(p: vec3<f32>) -> f32 {
 
 // Number of samples of a ray (voxels) before it leaves the reach of the grid's outermost voxels. A ray
 // starts in the grid, so that it leaves for good. Rounding may add one sample, which is transparent.
-fn samples_in_grid(start: vec3<f32>, step: vec3<f32>) -> u32 {
-    let steps = steps_to_leave(start, step, vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51);
+fn samples_in_grid(start: vec3<f32>, inverse: vec3<f32>) -> u32 {
+    let steps = steps_to_leave(start, inverse, vec3(-0.51), vec3<f32>(volume.dimensions) + 0.51);
     return u32(clamp(ceil(steps), 0.0, 1e6));
 }
 
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
 fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
-    let voxel_step = step * dimensions;
+    let inverse = inverse_step(step * dimensions);
     let steps = ray_pass.steps;
     var end = steps;
     if ray_pass.ends_early != 0u {
-        end = min(end, samples_in_grid(start * dimensions, voxel_step));
+        end = min(end, samples_in_grid(start * dimensions, inverse));
     }
     var transmittance = 1.0;
     // Transmittance in whole units. The voxel's own is 1.
     var unit = u32(1.0 / TRANSMITTANCE_UNIT);
     var sum = unit;
     var i = 0u;
+    // Samples up to here lie in bricks whose distance is known.
+    var known = 0u;
     while i < end {
-        let p = start + f32(i) * step;
-        if ray_pass.leaps != 0u {
-            let point = p * dimensions;
+        if i >= known && ray_pass.leaps != 0u {
+            let point = (start + f32(i) * step) * dimensions;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
             atomicAdd(&distances_read, 1u);
 #endif
+            let passed = min(end - i, samples_within(point, inverse, max(distance, 1u)));
+            known = i + passed;
             if distance > 0u {
-                let passed = min(end - i, samples_within(point, voxel_step, distance));
                 sum += passed * unit;
-                i += passed;
-                continue;
+                i = known;
             }
         }
-        transmittance *= 1.0 - opacity_at(p);
+        if i >= end {
+            break;
+        }
+        transmittance *= 1.0 - opacity_at(start + f32(i) * step);
 #ifdef COUNT_WORK
         atomicAdd(&samples_taken, 1u);
 #endif
@@ -156,6 +162,9 @@ fn ray_cast(
         voxels[countOneBits(extractBits(pending, 0u, lane))] = lane;
     }
     workgroupBarrier();
+    if lane == 0u && ray_pass.goes_on == 0u {
+        voxel_masks[mask_at(PENDING, word)] = 0u;
+    }
     // An invocation keeps to one voxel and shares its rays with `team` - 1 others.
     let first = voxel_of_word(word);
     let team = WIDTH / max(count_of_voxels, 1u);

@@ -1,6 +1,6 @@
-//! Plan of a frame: the views to follow, and the rays to cast.
+//! Plan of a frame: the voxels to mark, and the rays to cast.
 
-use bevy::{prelude::*, render::render_resource::BindGroup};
+use bevy::render::render_resource::BindGroup;
 use core::ops::Range;
 
 use super::{
@@ -16,10 +16,7 @@ use crate::{
         extract::ExtractedVolume,
         gpu::{device::Gpu, uniforms::write_if_changed},
         methods::voxel_method::{KeptVolume, VolumeFrame},
-        volumes::{
-            bricks::{BrickResources, work_group},
-            clip_pass::Queue,
-        },
+        volumes::{bricks::BrickResources, clip_pass::Queue},
         windows::{VolumeWindow, WindowUniform},
     },
 };
@@ -27,10 +24,8 @@ use crate::{
 /// The passes over one volume.
 pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
-    /// Bind group of the list of voxels.
-    pub(super) words: BindGroup,
-    /// Passes over the views to follow, which fill the list.
-    pub(super) marks: Vec<MarkJob>,
+    /// Pass over the views that fills the list of voxels.
+    pub(super) mark: Option<MarkJob>,
     pub(super) cast: RayCastJob,
 }
 
@@ -65,6 +60,7 @@ impl Rays {
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
         let unmarked = unmarked(views, &kept.marked, frame);
+        let marks_any = unmarked.iter().any(Option::is_some);
         kept.marked = views.iter().map(|view| view.uniform).collect();
 
         let rays = kept.rays.get();
@@ -79,7 +75,7 @@ impl Rays {
         kept.progress = RayProgress { rays: cast.end, weight: found_weight };
         let continues = progressive.is_some() && step.queue != Queue::None && !cast.is_empty();
         let lists_stale = step.has_changes() && step.queue != Queue::None;
-        if unmarked.is_empty() && !lists_stale && !continues {
+        if !marks_any && !lists_stale && !continues {
             return None;
         }
 
@@ -91,31 +87,32 @@ impl Rays {
             leaps: optimizations.leaps.into(),
             kept: kept_share,
             found_weight,
+            goes_on: (continues && cast.end < all_rays).into(),
         };
         write_if_changed(&mut kept.pass, pass, &gpu.device, &gpu.queue);
         // Progressive rays keep the same list in later frames.
         if kept.ray_sums.is_none() {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
         }
-        let goes_on = continues && cast.end < all_rays;
-        kept.windows.resize_with(views.len(), default);
-        let marks = unmarked.into_iter().zip(&mut kept.windows);
-        let marks = marks.filter_map(|(window, kept)| self.mark.bind_window(window, kept, gpu)).collect();
         Some(RaysJob {
             volume: frame.group().clone(),
-            words: work_group(&resources.bricks, &resources.bricks.word_list, &gpu.cache, &gpu.device),
-            marks,
-            cast: self.cast.bind_volume(resources, kept, (self.counts_work, goes_on), gpu)?,
+            mark: marks_any.then(|| self.mark.bind_views(&unmarked, kept, frame, gpu)).flatten(),
+            cast: self.cast.bind_volume(resources, kept, self.counts_work, gpu)?,
         })
     }
 }
 
-/// Parts of views that may read occlusion not read before.
-fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFrame) -> Vec<WindowUniform> {
+/// Part of each view that may read occlusion not read before.
+fn unmarked(
+    views: &[VolumeWindow],
+    marked: &[WindowUniform],
+    frame: &VolumeFrame,
+) -> Vec<Option<WindowUniform>> {
     let VolumeFrame { of: KeptVolume { volume, .. }, step, optimizations, .. } = *frame;
     // Where a view was marked before, its reads can differ only within the outlines of the changes.
     let few = step.changes.as_ref().filter(|_| optimizations.outlines && !step.is_all_stale);
-    let outlines = few.and_then(|changes| outlines(changes, volume));
+    let reach_mm = volume.occlusion.reach_mm(&volume.geometry);
+    let outlines = few.and_then(|changes| outlines(changes, reach_mm, &volume.geometry));
     let unread = |view: &VolumeWindow| {
         let is_new = frame.looks_different || !marked.contains(&view.uniform);
         match &outlines {
@@ -123,7 +120,7 @@ fn unmarked(views: &[VolumeWindow], marked: &[WindowUniform], frame: &VolumeFram
             _ => (is_new || step.has_changes() || !optimizations.rest).then_some(view.uniform),
         }
     };
-    views.iter().filter_map(unread).collect()
+    views.iter().map(unread).collect()
 }
 
 /// Rays that a frame casts, and the share of the earlier rays' weight that counts. A change restarts at the first

@@ -3,11 +3,11 @@
 use bevy::{
     prelude::*,
     render::render_resource::{
-        Buffer, BufferDescriptor, BufferUsages, ShaderType, StorageBuffer, UniformBuffer,
+        BindGroup, Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, UniformBuffer,
     },
 };
 
-use super::{mark::MarkWindow, table::ray_table};
+use super::table::ray_table;
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, ProgressiveRays},
@@ -29,6 +29,7 @@ pub(crate) struct RayPassUniform {
     pub leaps: u32,
     pub kept: f32,
     pub found_weight: f32,
+    pub goes_on: u32,
 }
 
 /// Progress of rays that are cast over several frames.
@@ -36,6 +37,20 @@ pub(crate) struct RayPassUniform {
 pub(super) struct RayProgress {
     pub rays: u32,
     pub weight: f32,
+}
+
+/// Part of a view, `Part` in WGSL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub(crate) struct Part {
+    pub first: UVec2,
+    pub end: UVec2,
+}
+
+/// Parts of a volume's views, and the bind group with the buffers that it binds.
+#[derive(Default)]
+pub(super) struct MarkParts {
+    pub parts: StorageBuffer<Vec<Part>>,
+    pub group: Option<([BufferId; 3], BindGroup)>,
 }
 
 /// Resources kept for a volume.
@@ -49,8 +64,7 @@ pub(crate) struct KeptRays {
     pub ray_sums: Option<Buffer>,
     /// Number of rays cast since the last change, and total weight of the sums.
     pub(super) progress: RayProgress,
-    /// Resources of the followed views.
-    pub(super) windows: Vec<MarkWindow>,
+    pub(super) parts: MarkParts,
     /// Views that read only valid occlusion.
     pub marked: Vec<WindowUniform>,
 }

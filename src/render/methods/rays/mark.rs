@@ -1,44 +1,56 @@
-//! Pass that marks the voxels a view will read.
+//! Pass that marks the voxels that views will read.
 
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::render_resource::{
-        BindGroup, BindGroupLayoutEntries, ShaderStages, UniformBuffer, binding_types::uniform_buffer,
+        BindGroup, BindGroupEntry, BindingResource, BufferBinding, BufferSize, BufferUsages, CommandEncoder,
+        PipelineCache, ShaderStages,
+        binding_types::{storage_buffer_read_only_sized, uniform_buffer_sized},
     },
 };
 
+use super::kept::{KeptRays, MarkParts, Part};
 use crate::render::{
     gpu::{
         compute_pass::{ComputePass, PassDescriptor},
         device::Gpu,
-        uniforms::write_if_changed,
     },
-    volumes::{bricks::work_layout, layouts::bricks_layout},
+    methods::voxel_method::VolumeFrame,
+    views::{
+        dispatch::{VIEWS_AT_ONCE, ViewParts, encode_views},
+        runs::MarchedViewUniform,
+    },
+    volumes::{
+        bricks::{work_group, work_layout},
+        layouts::bricks_layout,
+    },
     windows::WindowUniform,
 };
 
-/// One view to follow.
+/// Binding of the runs (`seen.wgsl`).
+const RUNS: u32 = 11;
+/// Bytes of a part.
+const PART_BYTES: u32 = 16;
+
+/// The views of one volume.
 pub(crate) struct MarkJob {
-    pub window: BindGroup,
-    pub pixels: UVec2,
+    views: BindGroup,
+    /// Bind group of the list of voxels.
+    words: BindGroup,
+    parts: ViewParts,
 }
 
-/// Uniform and bind group of a followed view. Any view can use them.
-#[derive(Default)]
-pub(super) struct MarkWindow {
-    uniform: UniformBuffer<WindowUniform>,
-    group: Option<BindGroup>,
-}
-
-/// Follows the rays of a view.
+/// Marks the voxels around the runs of views.
 #[derive(Deref)]
 pub(crate) struct MarkPass(ComputePass);
 
 impl FromWorld for MarkPass {
     fn from_world(world: &mut World) -> Self {
-        let own =
-            BindGroupLayoutEntries::single(ShaderStages::COMPUTE, uniform_buffer::<WindowUniform>(false));
+        let views = uniform_buffer_sized(true, None);
+        let runs = storage_buffer_read_only_sized(false, None);
+        let bindings = [(0, views), (1, views), (RUNS, runs)];
+        let own = bindings.map(|(binding, entry)| entry.build(binding, ShaderStages::COMPUTE));
         let descriptor = PassDescriptor {
             name: "contextual_ao_mark",
             shader: load_embedded_asset!(world, "mark.wgsl"),
@@ -52,16 +64,55 @@ impl FromWorld for MarkPass {
 }
 
 impl MarkPass {
-    pub(super) fn bind_window(
+    /// Binds the views of a volume, each with the part to mark.
+    pub(super) fn bind_views(
         &self,
-        window: WindowUniform,
-        kept: &mut MarkWindow,
+        unmarked: &[Option<WindowUniform>],
+        kept: &mut KeptRays,
+        frame: &VolumeFrame,
         gpu: &Gpu,
     ) -> Option<MarkJob> {
-        let MarkWindow { uniform, group } = kept;
-        write_if_changed(uniform, window, &gpu.device, &gpu.queue);
-        let binding = uniform.binding()?;
-        let group = group.get_or_insert_with(|| self.bind((binding,), &gpu.cache, &gpu.device));
-        Some(MarkJob { window: group.clone(), pixels: window.end - window.first })
+        let parts = unmarked.iter().map(|part| part.unwrap_or_default());
+        let mut parts: Vec<_> = parts.map(|WindowUniform { first, end, .. }| Part { first, end }).collect();
+        let largest = parts.iter().map(|part| part.end - part.first).reduce(UVec2::max)?;
+        let count = parts.len() as u32;
+        // Whole arrays are bound.
+        parts.resize(parts.len().next_multiple_of(VIEWS_AT_ONCE as usize), default());
+        let MarkParts { parts: written, group } = &mut kept.parts;
+        if *written.get() != parts {
+            written.add_usages(BufferUsages::UNIFORM);
+            written.set(parts);
+            written.write_buffer(&gpu.device, &gpu.queue);
+        }
+        let written = written.buffer()?;
+        let [views, runs] = frame.runs.buffers()?;
+        let ids = [views.id(), written.id(), runs.id()];
+        if group.as_ref().is_none_or(|(bound, _)| *bound != ids) {
+            let size = BufferSize::new((VIEWS_AT_ONCE * PART_BYTES).into());
+            let parts = BindingResource::Buffer(BufferBinding { buffer: written, offset: 0, size });
+            let views = MarchedViewUniform::binding(views, VIEWS_AT_ONCE);
+            let entries = [(0, views), (1, parts), (RUNS, runs.as_entire_binding())];
+            let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
+            *group = Some((ids, self.0.bind_entries(&entries, &gpu.cache, &gpu.device)));
+        }
+        let bricks = &frame.resources.bricks;
+        Some(MarkJob {
+            views: group.as_ref()?.1.clone(),
+            words: work_group(bricks, &bricks.word_list, &gpu.cache, &gpu.device),
+            parts: ViewParts { largest, count },
+        })
+    }
+
+    /// Encodes the pass over all views.
+    pub fn encode_views(
+        &self,
+        encoder: &mut CommandEncoder,
+        volume: &BindGroup,
+        job: &MarkJob,
+        cache: &PipelineCache,
+    ) {
+        let groups = [volume, &job.views, &job.words];
+        let bytes = [MarchedViewUniform::BYTES, PART_BYTES];
+        encode_views(self, encoder, &groups, &bytes, job.parts, cache);
     }
 }

@@ -1,77 +1,149 @@
-// Marks the voxels that a view will read. Follows the view rays as drawing does, and asks for the stale
-// occlusion of the voxels that they meet. Samples that opaque meshes will hide are not known yet, so that
-// somewhat more is asked for than is read, never less.
+// Marks the voxels that views will read: the stale ones around the runs of view rays (`runs`) become pending, and their
+// words of the mask are listed. Drawing shades the same runs.
+//
+// Where there was no room for further runs of a ray, drawing follows the rest of the ray itself. Rounding may differ
+// between two shaders: so all voxels that the rest might read are marked.
 
 #import bevy_contextual_ao::{
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
-    view_ray::{OPAQUE, Slice, begin_march, next_slice, view_ray},
-    volume_bindings::{correct_opacity, volume},
+    marched_view::{MarchedView, VIEWS},
+    runs::{THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
+    seen::{first_run, runs},
+    view_ray::{ViewRay, along_ray, samples_of, view_ray},
+    volume_bindings::volume,
     voxel_masks::voxel_masks,
-    window::Window,
+    window::pixel_of_lane,
     work_list::{FRONT, append},
 }
 
-@group(1) @binding(0) var<uniform> window: Window;
+// Part of each view, pixels.
+struct Part {
+    first: vec2<u32>,
+    end: vec2<u32>,
+}
 
-// Margins for rounding: drawing may find slightly different opacities and places.
-const OPACITY_MARGIN: f32 = 1e-3;
+@group(1) @binding(0) var<uniform> views: array<MarchedView, VIEWS>;
+@group(1) @binding(1) var<uniform> parts: array<Part, VIEWS>;
+
+// Margin for rounding, texels: drawing may find slightly different places.
 const PLACE_MARGIN: f32 = 1.0 / 256.0;
 // Voxels of a mask word at even places along all axes.
 const EVEN_VOXELS: u32 = 0x0505u;
 
-@compute @workgroup_size(8, 8)
-fn mark(@builtin(global_invocation_id) id: vec3<u32>) {
-    let pixel = window.first + id.xy;
-    if any(pixel >= window.end) {
+@compute @workgroup_size(64)
+fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let view = group.z;
+    let pixel = parts[view].first + 8u * group.xy + pixel_of_lane(lane);
+    if any(pixel >= parts[view].end) {
         return;
     }
-    let place = vec2<f32>(pixel) + 0.5;
-    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
-    var march = begin_march(ray);
-    var alpha = 0.0;
-    var before = vec3(-1);
-    while alpha < OPAQUE + OPACITY_MARGIN {
-        let slice = next_slice(ray, &march);
-        if slice.steps <= 0.0 {
+    let window = views[view].window;
+    let ray = view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
+    let count = samples_of(ray);
+    var run = first_run(views[view], pixel);
+    var slices = slices_of(run);
+    var is_rest = false;
+    var k = 0u;
+    while true {
+        // Almost all voxels were marked before: the search for others is a loop of its own.
+        var texels = Texels(vec3(0), vec3(0));
+        var is_stale = false;
+        while k < slices && !is_stale {
+            if is_rest {
+                // The cut in front of a sample lies within a step.
+                let along_mm = along_ray(ray, run.first + k);
+                texels = union_of(texels_at(ray, along_mm - volume.draw_step_mm), texels_at(ray, along_mm));
+            } else {
+                texels = texels_at(ray, slice_of_run(ray, run, k, count).along_mm);
+            }
+            is_stale = has_stale(texels);
+            k += 1u;
+        }
+        if is_stale {
+            mark_texels(texels);
+        } else if !is_rest && run.then == THEN_RUN {
+            run = unpack_run(runs[run.next]);
+            slices = slices_of(run);
+            k = 0u;
+        } else if !is_rest && run.then == THEN_SAMPLES {
+            // From the sample behind the run on, or from the first one of a ray without runs.
+            is_rest = true;
+            run.first = max(run.first + run.count + 1u, 1u) - 1u;
+            slices = max(count, run.first) - run.first;
+            k = 0u;
+        } else {
             break;
         }
-        alpha += (1.0 - alpha) * correct_opacity(slice.sample.a, slice.steps * volume.draw_exponent);
-        let point = slice.p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5;
-        let first = vec3<i32>(floor(point - PLACE_MARGIN));
-        let last = vec3<i32>(floor(point + PLACE_MARGIN)) + 1;
-        if any(first != before) || any(last != first + 1) {
-            ask_for(first, last);
-        }
-        before = first;
     }
 }
 
-// Puts the stale texels of a box of the occlusion texture on the list. The list is of words of the voxel mask, in
-// which voxels stand for texels.
-fn ask_for(first: vec3<i32>, last: vec3<i32>) {
+// Texels of the occlusion texture, first and last.
+struct Texels {
+    first: vec3<i32>,
+    last: vec3<i32>,
+}
+
+// Texels that drawing reads at a distance along a ray.
+fn texels_at(ray: ViewRay, along_mm: f32) -> Texels {
+    let p = ray.origin + along_mm * ray.velocity;
+    let point = p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5;
+    return Texels(vec3<i32>(floor(point - PLACE_MARGIN)), vec3<i32>(floor(point + PLACE_MARGIN)) + 1);
+}
+
+fn union_of(a: Texels, b: Texels) -> Texels {
+    return Texels(min(a.first, b.first), max(a.last, b.last));
+}
+
+// Voxels of some texels, in whose places the mask has bits: first and last, and a mask of those that stand for texels.
+struct Voxels {
+    low: vec3<u32>,
+    high: vec3<u32>,
+    standing: u32,
+}
+
+fn voxels_of(texels: Texels) -> Voxels {
     let stride = volume.occlusion_stride;
     let limit = (vec3<i32>(volume.dimensions) - 1) / i32(stride);
-    let low = stride * vec3<u32>(clamp(first, vec3(0), limit));
-    let high = stride * vec3<u32>(clamp(last, vec3(0), limit));
-    let standing = select(EVEN_VOXELS, 0xffffffffu, stride == 1u);
-    let first_block = low / MASK_BLOCK;
-    let last_block = high / MASK_BLOCK;
-    for (var z = first_block.z; z <= last_block.z; z += 1u) {
-        for (var y = first_block.y; y <= last_block.y; y += 1u) {
-            for (var x = first_block.x; x <= last_block.x; x += 1u) {
-                let block = vec3(x, y, z);
-                let word = mask_word(block * MASK_BLOCK);
-                let voxels = mask_of_box(block, low, high) & standing;
-                let valid = &voxel_masks[mask_at(VALID, word)];
-                // Reading is cheap, and almost all voxels have been asked for.
-                let stale = voxels & ~atomicLoad(valid);
-                if stale != 0u {
-                    let pending = &voxel_masks[mask_at(PENDING, word)];
-                    let first_asked = stale & ~atomicOr(valid, stale);
-                    if first_asked != 0u && atomicOr(pending, first_asked) == 0u {
-                        append(FRONT, word);
-                    }
-                }
+    let low = stride * vec3<u32>(clamp(texels.first, vec3(0), limit));
+    let high = stride * vec3<u32>(clamp(texels.last, vec3(0), limit));
+    return Voxels(low, high, select(EVEN_VOXELS, 0xffffffffu, stride == 1u));
+}
+
+// Number of words that voxels lie in along each axis.
+fn words_of(voxels: Voxels) -> vec3<u32> {
+    return voxels.high / MASK_BLOCK - voxels.low / MASK_BLOCK + 1u;
+}
+
+// The block of one of these words.
+fn block_of(voxels: Voxels, words: vec3<u32>, k: u32) -> vec3<u32> {
+    return voxels.low / MASK_BLOCK + vec3(k % words.x, (k / words.x) % words.y, k / (words.x * words.y));
+}
+
+fn has_stale(texels: Texels) -> bool {
+    let voxels = voxels_of(texels);
+    let words = words_of(voxels);
+    var stale = 0u;
+    for (var k = 0u; k < words.x * words.y * words.z; k += 1u) {
+        let block = block_of(voxels, words, k);
+        let valid = atomicLoad(&voxel_masks[mask_at(VALID, mask_word(block * MASK_BLOCK))]);
+        stale |= mask_of_box(block, voxels.low, voxels.high) & voxels.standing & ~valid;
+    }
+    return stale != 0u;
+}
+
+fn mark_texels(texels: Texels) {
+    let voxels = voxels_of(texels);
+    let words = words_of(voxels);
+    for (var k = 0u; k < words.x * words.y * words.z; k += 1u) {
+        let block = block_of(voxels, words, k);
+        let word = mask_word(block * MASK_BLOCK);
+        let asked = mask_of_box(block, voxels.low, voxels.high) & voxels.standing;
+        let valid = &voxel_masks[mask_at(VALID, word)];
+        let stale = asked & ~atomicLoad(valid);
+        if stale != 0u {
+            let first_asked = stale & ~atomicOr(valid, stale);
+            if first_asked != 0u && atomicOr(&voxel_masks[mask_at(PENDING, word)], first_asked) == 0u {
+                append(FRONT, word);
             }
         }
     }

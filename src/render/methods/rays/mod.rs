@@ -1,7 +1,7 @@
 //! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where the occlusion is stale and
 //! seen. Rays are cast all at once, or a few in every frame.
 //!
-//! `frame` (views to follow, rays to cast) → `mark` (the voxels that a view reads) → `cast`.
+//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `cast`.
 
 pub(in crate::render) mod cast;
 mod frame;
@@ -21,7 +21,7 @@ use crate::{
     render::{
         clipping::step::Demand,
         extract::ExtractedScene,
-        gpu::{compute_pass::Groups, device::Gpu, frame::Frame},
+        gpu::{device::Gpu, frame::Frame},
     },
 };
 use cast::RayCastPasses;
@@ -89,10 +89,9 @@ impl VoxelMethod for Rays {
         if self.counts_work {
             frame.encoder().clear_buffer(&self.cast.work, 0, None);
         }
-        let views = jobs.iter().flat_map(|job| job.marks.iter().map(move |view| (job, view)));
-        frame.pass(OcclusionRays::SPAN_MARK, views, |encoder, (job, view)| {
-            let groups = [&job.volume, &view.window, &job.words];
-            self.mark.encode(encoder, groups, Groups::Pixels(view.pixels), cache);
+        let marks = jobs.iter().filter_map(|job| Some((job, job.mark.as_ref()?)));
+        frame.pass(OcclusionRays::SPAN_MARK, marks, |encoder, (job, mark)| {
+            self.mark.encode_views(encoder, &job.volume, mark, cache);
         });
         frame.pass(OcclusionRays::SPAN_CAST, jobs, |encoder, job| {
             self.cast.encode(encoder, &job.volume, &job.cast, cache);

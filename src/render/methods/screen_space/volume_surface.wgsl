@@ -6,10 +6,12 @@
 // the jitter of view rays shows no noise.
 
 #import bevy_contextual_ao::{
+    next_run::{begin_march, is_visible_at, next_run, opacity_at},
     orientation::{inward, inward_from_face},
+    runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
-    view_ray::{OPAQUE, ViewRay, begin_march, is_visible_at, next_slice, view_ray},
-    volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, volume},
+    view_ray::{OPAQUE, ViewRay, view_ray},
+    volume_bindings::{correct_opacity, volume},
     window::Window,
 }
 
@@ -28,25 +30,27 @@ fn place_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
 }
 
 fn is_surface_at(ray: ViewRay, along_mm: f32) -> bool {
-    let intensity = textureSampleLevel(intensities, edge_sampler, place_at(ray, along_mm), 0.0).r;
-    let opacity = correct_opacity(classify_intensity(intensity).a, volume.draw_exponent);
+    let opacity = correct_opacity(opacity_at(ray, along_mm), volume.draw_exponent);
     return opacity >= opacity_threshold && is_visible_at(ray, along_mm);
 }
 
 // Distance of the surface from `near`; negative if the ray meets none.
 fn surface_along(ray: ViewRay) -> f32 {
     var march = begin_march(ray);
-    var alpha = 0.0;
-    while alpha < OPAQUE {
-        let slice = next_slice(ray, &march);
-        if slice.steps <= 0.0 {
+    while march.alpha < OPAQUE {
+        let run = next_run(ray, &march, OPAQUE);
+        let slices = slices_of(run);
+        if slices == 0u {
             break;
         }
-        let opacity = correct_opacity(slice.sample.a, volume.draw_exponent);
-        if opacity >= opacity_threshold {
-            var inside_mm = dot(slice.p - ray.origin, ray.velocity) / dot(ray.velocity, ray.velocity);
+        for (var k = 0u; k < slices; k += 1u) {
+            let slice = slice_of_run(ray, run, k, march.count);
+            if correct_opacity(opacity_at(ray, slice.along_mm), volume.draw_exponent) < opacity_threshold {
+                continue;
+            }
+            var inside_mm = slice.along_mm;
             var outside_mm = max(inside_mm - volume.draw_step_mm, ray.begin_mm);
-            for (var k = 0; k < SURFACE_HALVINGS; k += 1) {
+            for (var halving = 0; halving < SURFACE_HALVINGS; halving += 1) {
                 let middle_mm = 0.5 * (inside_mm + outside_mm);
                 if is_surface_at(ray, middle_mm) {
                     inside_mm = middle_mm;
@@ -56,7 +60,6 @@ fn surface_along(ray: ViewRay) -> f32 {
             }
             return inside_mm;
         }
-        alpha += (1.0 - alpha) * correct_opacity(slice.sample.a, slice.steps * volume.draw_exponent);
     }
     return -1.0;
 }

@@ -1,5 +1,5 @@
 // Writes the results of the sweeps to the occlusion texture. This is the octants' mean, with the paper's gamma (Singh,
-// Yuksel, House 2009, section 3), or each octant's visibility. The material weights octants by the normal.
+// Yuksel, House 2009, section 3), or each octant's visibility. Drawing weights octants by the normal.
 
 #import bevy_contextual_ao::{
     sweeping::sweeping,

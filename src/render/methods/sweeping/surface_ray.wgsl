@@ -6,8 +6,9 @@
 #define_import_path bevy_contextual_ao::surface_ray
 
 #import bevy_contextual_ao::{
+    next_run::{CUT_HALVINGS, is_visible_at},
     orientation::distance_from_surface,
-    view_ray::{CUT_HALVINGS, ViewRay, along_ray, begin_march, is_visible_at},
+    view_ray::{ViewRay, along_ray, samples_of},
     volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
 }
 
@@ -30,7 +31,7 @@ fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
 
 fn surface_hit(ray: ViewRay) -> SurfaceHit {
     // The last sample is where the ray ends.
-    let count = select(0u, begin_march(ray).count + 1u, ray.begin_mm < ray.end_mm);
+    let count = select(0u, samples_of(ray) + 1u, ray.begin_mm < ray.end_mm);
     // A visible point inside has a voxel within a cell's diagonal that is in or on the field's surface, or next to
     // such a voxel. The margin covers two diagonals, a brick's radius, and the quarter above.
     let margin_mm = 1.25 * volume.brick_radius_mm;

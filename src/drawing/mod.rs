@@ -1,0 +1,85 @@
+//! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
+//!
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`.
+
+mod attach;
+mod depth_prepass;
+mod phase;
+mod pipeline;
+
+use bevy::{
+    asset::embedded_asset,
+    camera::visibility::VisibilitySystems,
+    core_pipeline::core_3d::Transparent3d,
+    pbr::MeshPipelineSystems,
+    prelude::*,
+    render::{
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
+        render_phase::AddRenderCommand, render_resource::SpecializedRenderPipelines,
+    },
+};
+
+use crate::{clip::ClipSystems, occlusion::fit_occlusion, render::DeviceSupport, volume::VolumeSystems};
+
+/// Sets of the drawing plugin's systems, in [`PostUpdate`].
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum VolumeDrawingSystems {
+    /// Decides how much of its requested occlusion a volume gets.
+    FitOcclusion,
+    /// Gives volumes the children whose boxes are drawn.
+    Attach,
+}
+
+/// Draws every volume.
+pub(crate) struct VolumeDrawingPlugin;
+
+impl Plugin for VolumeDrawingPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "volume.wgsl");
+        app.add_observer(depth_prepass::leave_to_user).add_systems(
+            PostUpdate,
+            (
+                (
+                    fit_occlusion.in_set(VolumeDrawingSystems::FitOcclusion),
+                    attach::attach_boxes.in_set(VolumeDrawingSystems::Attach),
+                )
+                    .chain()
+                    .run_if(resource_exists::<DeviceSupport>),
+                attach::detach_boxes,
+                depth_prepass::require_depth,
+            )
+                .after(TransformSystems::Propagate)
+                .after(VolumeSystems::Bake)
+                .after(ClipSystems::Capacity)
+                // A volume is drawn in the frame in which it appears.
+                .before(VisibilitySystems::VisibilityPropagate),
+        );
+        let variants = pipeline::DrawnVariants::default();
+        app.insert_resource(variants.clone());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .insert_resource(variants)
+            .init_gpu_resource::<phase::DrawnVolumes>()
+            .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
+            .add_render_command::<Transparent3d, phase::DrawVolume>()
+            .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
+            .add_systems(
+                RenderStartup,
+                init_gpu_resource::<pipeline::DrawPipeline>
+                    .after(MeshPipelineSystems)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Render,
+                (
+                    phase::queue_volumes.in_set(RenderSystems::Queue),
+                    pipeline::find_ready.in_set(RenderSystems::PrepareResources),
+                    phase::bind_volumes.in_set(RenderSystems::PrepareBindGroups),
+                )
+                    .run_if(resource_exists::<DeviceSupport>),
+            );
+    }
+}

@@ -1,0 +1,165 @@
+//! Volumes among the transparent objects of a view, which Bevy draws from back to front.
+
+use bevy::{
+    core_pipeline::core_3d::{Transparent3d, TransparentSortingInfo3d},
+    ecs::{
+        query::ROQueryItem,
+        system::{SystemParamItem, lifetimeless::SRes},
+    },
+    pbr::{SetMeshViewBindGroup, SetMeshViewBindingArrayBindGroup, ViewKeyCache},
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        render_phase::{
+            DrawFunctions, PhaseItem, PhaseItemExtraIndex, RenderCommand, RenderCommandResult,
+            SetItemPipeline, TrackedRenderPass, ViewSortedRenderPhases,
+        },
+        render_resource::{
+            BindGroup, BindGroupEntry, BindingResource, PipelineCache, SpecializedRenderPipelines,
+        },
+        renderer::RenderDevice,
+        sync_world::MainEntity,
+        view::{ExtractedView, RenderVisibleEntities},
+    },
+};
+
+use super::pipeline::{DrawPipeline, DrawVariant, VOLUME_BIND_GROUP};
+use crate::render::{
+    BOX_VERTICES, ClipMaps, ExtractedScene, Formats, MarchedViewUniform, MethodPipelines, VolumeRuns,
+    VolumeStore, shows, volumes::layouts,
+};
+
+/// Bind groups of this frame, by the entity of the box; each with the volume in it.
+#[derive(Resource, Default)]
+pub(super) struct DrawnVolumes(HashMap<MainEntity, (MainEntity, BindGroup)>);
+
+/// Draws a volume in a view.
+pub(super) type DrawVolume =
+    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<false>);
+
+/// Draws the view rays that `DrawVolume` leaves out, if there are any.
+pub(super) type DrawCutOffRays =
+    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<true>);
+
+/// Adds volumes to the transparent objects of the views that show them.
+pub(super) fn queue_volumes(
+    scene: Res<ExtractedScene>,
+    methods: Res<MethodPipelines>,
+    functions: Res<DrawFunctions<Transparent3d>>,
+    base: Res<DrawPipeline>,
+    mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
+    cache: Res<PipelineCache>,
+    keys: Res<ViewKeyCache>,
+    views: Query<(Entity, &ExtractedView, &RenderVisibleEntities)>,
+    mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
+) {
+    let functions = functions.read();
+    let (draws_box, draws_others) = (functions.id::<DrawVolume>(), functions.id::<DrawCutOffRays>());
+    for (entity, view, visible) in &views {
+        let id = &view.retained_view_entity;
+        let (Some(phase), Some(key_of_view)) = (phases.get_mut(id), keys.get(id)) else {
+            continue;
+        };
+        for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
+            let Some(shown_by) = volume.drawn_on.filter(|drawn_on| shows(visible, *drawn_on)) else {
+                continue;
+            };
+            if volume.is_drawn_by_method() && methods.are_there_for(&volume.occlusion.method) {
+                continue;
+            }
+            let variant = DrawVariant::of(&volume.occlusion);
+            let mut draw = |variant, draw_function, key| {
+                phase.add_transient(Transparent3d {
+                    sorting_info: TransparentSortingInfo3d::Sorted {
+                        mesh_center: volume.world_from_local.translation.into(),
+                        depth_bias: 0.0,
+                    },
+                    distance: 0.0,
+                    pipeline: pipelines.specialize(&cache, &base, (*key_of_view, variant)),
+                    entity: (key, shown_by),
+                    draw_function,
+                    batch_range: 0..1,
+                    extra_index: PhaseItemExtraIndex::None,
+                    indexed: false,
+                });
+            };
+            draw(variant, draws_box, Entity::PLACEHOLDER);
+            if let Some(others) = variant.of_the_others() {
+                // A phase has one item for each pair of entities.
+                draw(others, draws_others, entity);
+            }
+        }
+    }
+}
+
+/// Binds the resources that the passes keep for volumes.
+pub(super) fn bind_volumes(
+    scene: Res<ExtractedScene>,
+    store: Res<VolumeStore>,
+    runs: Res<VolumeRuns>,
+    clip_maps: Res<ClipMaps>,
+    formats: Res<Formats>,
+    base: Res<DrawPipeline>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    mut drawn: ResMut<DrawnVolumes>,
+) {
+    drawn.0.clear();
+    let Some(clip) = &clip_maps.textures else {
+        return;
+    };
+    for volume in &scene.volumes {
+        let bound = (|| {
+            let resources = store.0.get(&volume.entity)?;
+            let [views, runs] = runs.of(volume.entity)?.buffers()?;
+            let bindings = resources.bindings(clip, &formats)?;
+            let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
+            let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
+            let own = [
+                (9, BindingResource::TextureView(resources.orientations())),
+                (10, BindingResource::TextureView(&resources.occlusion.view)),
+                (11, runs.as_entire_binding()),
+                (12, MarchedViewUniform::binding(views, 1)),
+            ];
+            let entries = shared.chain(own).map(|(binding, resource)| BindGroupEntry { binding, resource });
+            let entries: Vec<_> = entries.collect();
+            let layout = cache.get_bind_group_layout(&base.layout);
+            let group = device.create_bind_group("contextual_ao_drawn_volume", &layout, &entries);
+            Some((volume.drawn_on?, (volume.entity, group)))
+        })();
+        drawn.0.extend(bound);
+    }
+}
+
+/// Draws the box of a volume, bound in a view: at once, or as `march` says in its arguments.
+pub(super) struct DrawBox<const INDIRECT: bool>;
+
+impl<P: PhaseItem, const INDIRECT: bool> RenderCommand<P> for DrawBox<INDIRECT> {
+    type Param = (SRes<DrawnVolumes>, SRes<VolumeRuns>);
+    type ViewQuery = Entity;
+    type ItemQuery = ();
+
+    fn render<'w>(
+        item: &P,
+        view: ROQueryItem<'w, '_, Entity>,
+        _: Option<()>,
+        (drawn, runs): SystemParamItem<'w, '_, Self::Param>,
+        pass: &mut TrackedRenderPass<'w>,
+    ) -> RenderCommandResult {
+        let found = drawn.into_inner().0.get(&item.main_entity());
+        let runs = found.and_then(|(volume, group)| Some((group, runs.into_inner().of(*volume)?)));
+        let Some((group, runs)) = runs else {
+            return RenderCommandResult::Skip;
+        };
+        let Some(offset) = runs.offset_of(view) else {
+            return RenderCommandResult::Skip;
+        };
+        pass.set_bind_group(VOLUME_BIND_GROUP, group, &[offset]);
+        if !INDIRECT {
+            pass.draw(0..BOX_VERTICES, 0..1);
+        } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {
+            pass.draw_indirect(arguments, offset);
+        }
+        RenderCommandResult::Success
+    }
+}

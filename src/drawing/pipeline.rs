@@ -1,0 +1,182 @@
+//! Pipelines that draw volumes, one for every kind of view and of volume. They come from Bevy's mesh pipeline, so that
+//! they have the bindings and definitions of its materials.
+
+use bevy::{
+    asset::load_embedded_asset,
+    mesh::{MeshVertexBufferLayout, MeshVertexBufferLayouts, VertexBufferLayout},
+    pbr::{MeshPipeline, MeshPipelineKey, ViewKeyCache},
+    platform::collections::HashMap,
+    prelude::*,
+    render::render_resource::{
+        BindGroupLayoutDescriptor, BindGroupLayoutEntry, CompareFunction, Face, PipelineCache,
+        PrimitiveState, PrimitiveTopology, RenderPipelineDescriptor, ShaderStages, SpecializedMeshPipeline,
+        SpecializedRenderPipeline, SpecializedRenderPipelines, TextureSampleType, VertexState,
+        binding_types::{storage_buffer_read_only_sized, texture_3d, uniform_buffer},
+    },
+    shader::ShaderDefVal,
+};
+use std::sync::{Arc, Mutex};
+
+use crate::{
+    occlusion::{AmbientOcclusion, OcclusionTexels},
+    render::{DeviceSupport, MarchedViewUniform, variants_are_ready, volumes::layouts},
+};
+
+/// Group of a volume's bindings, behind the two of Bevy's views.
+pub(super) const VOLUME_BIND_GROUP: usize = 2;
+
+/// Makes the pipelines.
+#[derive(Resource)]
+pub(super) struct DrawPipeline {
+    meshes: MeshPipeline,
+    shader: Handle<Shader>,
+    pub layout: BindGroupLayoutDescriptor,
+}
+
+/// Properties of volumes that distinguish the pipelines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct DrawVariant {
+    /// Definition for the content of the occlusion texture.
+    texels: Option<&'static str>,
+    /// Whether only an isosurface is drawn.
+    is_isosurface: bool,
+    pub rays: RaysDrawn,
+}
+
+/// The view rays that a pipeline draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum RaysDrawn {
+    /// Those whose runs are all stored.
+    Stored,
+    /// The others: their rest is followed while they are drawn.
+    CutOff,
+    /// All, each followed on where its runs end.
+    All,
+}
+
+impl RaysDrawn {
+    fn shader_defs(self) -> &'static [&'static str] {
+        match self {
+            Self::Stored => &[],
+            Self::CutOff => &["REST", "CUT_OFF_ALONE"],
+            Self::All => &["REST"],
+        }
+    }
+}
+
+impl DrawVariant {
+    pub fn of(occlusion: &AmbientOcclusion) -> Self {
+        let texels = occlusion.texels();
+        Self {
+            texels: texels.shader_def(),
+            is_isosurface: occlusion.method.settings().drawing().draws_surface,
+            // Runs end where they would be opaque, but modulated ones are not.
+            rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
+        }
+    }
+
+    /// The variant that draws the rays that this one leaves out, if any.
+    pub fn of_the_others(self) -> Option<Self> {
+        let leaves_out = self.rays == RaysDrawn::Stored && !self.is_isosurface;
+        leaves_out.then_some(Self { rays: RaysDrawn::CutOff, ..self })
+    }
+}
+
+/// Kind of a view, and of a volume.
+pub(super) type DrawKey = (MeshPipelineKey, DrawVariant);
+
+impl FromWorld for DrawPipeline {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            meshes: world.resource::<MeshPipeline>().clone(),
+            shader: load_embedded_asset!(world, "volume.wgsl"),
+            layout: BindGroupLayoutDescriptor::new("contextual_ao_drawn_volume", &layout_entries()),
+        }
+    }
+}
+
+/// Bindings of a volume. Drawing does not read the dilation maps, and fragment shaders get 16 textures, Bevy's included.
+fn layout_entries() -> Vec<BindGroupLayoutEntry> {
+    let stages = ShaderStages::FRAGMENT;
+    let mut entries = layouts::brick_layout_entries(stages);
+    entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
+    let volume = texture_3d(TextureSampleType::Float { filterable: true });
+    entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
+    // The vertices are those of the volume's box in a view.
+    let view = uniform_buffer::<MarchedViewUniform>(true).build(12, ShaderStages::VERTEX_FRAGMENT);
+    entries.extend([storage_buffer_read_only_sized(false, None).build(11, stages), view]);
+    entries[0].visibility = ShaderStages::VERTEX_FRAGMENT;
+    entries
+}
+
+impl SpecializedRenderPipeline for DrawPipeline {
+    type Key = DrawKey;
+
+    fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
+        let no_vertices = MeshVertexBufferLayout::new(Vec::new(), VertexBufferLayout::default());
+        let no_vertices = MeshVertexBufferLayouts::default().insert(no_vertices);
+        let key = view | MeshPipelineKey::BLEND_PREMULTIPLIED_ALPHA;
+        let mut descriptor = match self.meshes.specialize(key, &no_vertices) {
+            Ok(descriptor) => descriptor,
+            Err(error) => unreachable!("no vertex attribute is asked for: {error}"),
+        };
+        descriptor.label = Some("contextual_ao_volume".into());
+        descriptor.layout.truncate(VOLUME_BIND_GROUP);
+        descriptor.layout.push(self.layout.clone());
+        let groups = ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"]
+            .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP as u32));
+        let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
+        let rays = variant.rays.shader_defs().iter().copied();
+        let variant = variant.texels.into_iter().chain(isosurface).chain(rays).map(ShaderDefVal::from);
+        let own = groups.into_iter().chain(variant);
+        let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
+        defs.extend(own);
+        if let Some(fragment) = &mut descriptor.fragment {
+            fragment.shader = self.shader.clone();
+            fragment.shader_defs = defs.clone();
+        }
+        descriptor.vertex = VertexState { shader: self.shader.clone(), shader_defs: defs, ..default() };
+        // Back faces are drawn whatever is in front of them: the camera may be inside the box. The shader itself
+        // stops at opaque geometry.
+        descriptor.primitive = PrimitiveState {
+            topology: PrimitiveTopology::TriangleStrip,
+            cull_mode: Some(Face::Front),
+            ..default()
+        };
+        if let Some(depth_stencil) = &mut descriptor.depth_stencil {
+            depth_stencil.depth_compare = Some(CompareFunction::Always);
+        }
+        descriptor
+    }
+}
+
+/// Variants wanted so far, with whether their pipelines are ready in all views. Both worlds share them.
+#[derive(Resource, Clone, Default)]
+pub(super) struct DrawnVariants(Arc<Mutex<HashMap<DrawVariant, bool>>>);
+
+impl DrawnVariants {
+    /// Whether the pipelines of a variant are ready. From now on they are wanted.
+    pub fn are_there_for(&self, variant: DrawVariant) -> bool {
+        self.0.lock().is_ok_and(|mut variants| *variants.entry(variant).or_insert(false))
+    }
+}
+
+/// Compiles the pipelines of wanted variants before a volume is drawn by them. Until then the volume is drawn as before,
+/// so that no change of settings shows an empty frame.
+pub(super) fn find_ready(
+    variants: Res<DrawnVariants>,
+    views: Res<ViewKeyCache>,
+    base: Res<DrawPipeline>,
+    mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
+    cache: Res<PipelineCache>,
+    _: Res<DeviceSupport>,
+) {
+    let Ok(mut variants) = variants.0.lock() else {
+        return;
+    };
+    for (variant, are_there) in variants.iter_mut() {
+        let variants = || [*variant].into_iter().chain(variant.of_the_others());
+        let keys = views.values().flat_map(|view| variants().map(|variant| (*view, variant)));
+        *are_there = variants_are_ready(&*base, &mut pipelines, keys, &cache);
+    }
+}

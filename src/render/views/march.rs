@@ -1,0 +1,88 @@
+//! The pass that follows the view rays of a volume, in all its views.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutEntries, CommandEncoder, PipelineCache, ShaderStages,
+        binding_types::{storage_buffer_sized, uniform_buffer_sized},
+    },
+};
+
+use super::{
+    dispatch::{VIEWS_AT_ONCE, ViewParts, encode_views},
+    runs::{MarchedViewUniform, Stale, ViewRuns},
+};
+use crate::render::{
+    gpu::{
+        compute_pass::{ComputePass, PassDescriptor},
+        device::Gpu,
+    },
+    volumes::{layouts::bricks_layout, store::VolumeGroups},
+    windows::VolumeWindow,
+};
+
+/// Follows the view rays of a volume.
+#[derive(Resource, Deref)]
+pub(crate) struct MarchPass(ComputePass);
+
+/// March of the views of one volume.
+pub(crate) struct MarchJob {
+    volume: BindGroup,
+    views: BindGroup,
+    parts: ViewParts,
+}
+
+impl FromWorld for MarchPass {
+    fn from_world(world: &mut World) -> Self {
+        let written = storage_buffer_sized(false, None);
+        let views = uniform_buffer_sized(true, None);
+        let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_march",
+            shader: load_embedded_asset!(world, "march.wgsl"),
+            before: vec![bricks_layout()],
+            own: &own,
+            ..default()
+        };
+        Self(ComputePass::new(world, descriptor))
+    }
+}
+
+impl MarchPass {
+    /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.
+    pub fn plan(
+        &self,
+        windows: &[VolumeWindow],
+        runs: &mut ViewRuns,
+        stale: &Stale,
+        groups: &VolumeGroups,
+        gpu: &Gpu,
+    ) -> Option<MarchJob> {
+        if !self.is_ready(&gpu.cache) {
+            return None;
+        }
+        let parts = runs.plan(windows, stale, gpu)?;
+        Some(MarchJob { volume: groups.bricks.clone(), views: self.bind_runs(runs, gpu)?, parts })
+    }
+
+    fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
+        let buffers = [runs.views.buffer()?, runs.runs.as_ref()?, runs.further_runs.as_ref()?];
+        let ids = buffers.map(|buffer| buffer.id());
+        if let Some((_, group)) = runs.group.as_ref().filter(|(bound, _)| *bound == ids) {
+            return Some(group.clone());
+        }
+        let [views, all, further] = buffers;
+        let views = MarchedViewUniform::binding(views, VIEWS_AT_ONCE);
+        let resources = (views, all.as_entire_binding(), further.as_entire_binding());
+        let group = self.bind(resources, &gpu.cache, &gpu.device);
+        runs.group = Some((ids, group.clone()));
+        Some(group)
+    }
+
+    /// Encodes the pass over all views.
+    pub fn encode_views(&self, encoder: &mut CommandEncoder, job: &MarchJob, cache: &PipelineCache) {
+        let groups = [&job.volume, &job.views];
+        encode_views(self, encoder, &groups, &[MarchedViewUniform::BYTES], job.parts, cache);
+    }
+}

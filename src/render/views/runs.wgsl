@@ -1,0 +1,90 @@
+// Runs: what a view ray meets. A run is a series of consecutive samples that are seen, each with a slice of one step.
+// A slice from the cut to the first sample may precede it, and the last slice may be shorter. The runs of a ray form a
+// chain, nearest first. Each takes 16 bytes.
+
+#define_import_path bevy_contextual_ao::runs
+
+#import bevy_contextual_ao::{
+    view_ray::{ViewRay, along_ray},
+    volume_bindings::volume,
+}
+
+struct Run {
+    // Index and number of the samples.
+    first: u32,
+    count: u32,
+    // Whether there is a slice at the cut, and the cut's distance from the ray's start, mm.
+    has_cut: bool,
+    cut_mm: f32,
+    // Length of the last sample's slice, steps.
+    last_steps: f32,
+    // State of the sample behind the run (`next_run`).
+    state: u32,
+    // What is behind the run: THEN_*
+    then: u32,
+    // Index of the run behind it, even if it is out of use; NO_RUN if there was none yet.
+    next: u32,
+    // Whether the ray found no room for all its runs. The ray's first run alone says so.
+    is_cut_off: bool,
+}
+
+// The ray's end; another run; samples that no run holds, from the one behind this run on; or the same, where so much is
+// in front of them that they are only seen if drawing lowers opacities.
+const THEN_END: u32 = 0u;
+const THEN_RUN: u32 = 1u;
+const THEN_SAMPLES: u32 = 2u;
+const THEN_UNSEEN: u32 = 3u;
+
+const MOST_IN_RUN: u32 = 0xfffu;
+const NO_RUN: u32 = 0x3ffffffu;
+const CUT_OFF: u32 = 0x4000000u;
+
+fn no_run() -> Run {
+    return Run(0u, 0u, false, 0.0, 0.0, 0u, THEN_END, NO_RUN, false);
+}
+
+fn pack_run(run: Run) -> vec4<u32> {
+    let behind = run.next | select(0u, CUT_OFF, run.is_cut_off) | (run.state << 27u) | (run.then << 29u) | (u32(run.has_cut) << 31u);
+    return vec4(run.first | (run.count << 20u), bitcast<u32>(run.cut_mm), behind, bitcast<u32>(run.last_steps));
+}
+
+fn unpack_run(bits: vec4<u32>) -> Run {
+    return Run(
+        bits.x & 0xfffffu,
+        bits.x >> 20u,
+        (bits.z >> 31u) != 0u,
+        bitcast<f32>(bits.y),
+        bitcast<f32>(bits.w),
+        (bits.z >> 27u) & 3u,
+        (bits.z >> 29u) & 3u,
+        bits.z & NO_RUN,
+        (bits.z & CUT_OFF) != 0u,
+    );
+}
+
+// Part of a ray with one colour and opacity, sampled at one place.
+struct Slice {
+    // Distance of the place from the ray's start.
+    along_mm: f32,
+    // Length in steps: may be 0, and is negative if the slice is hidden.
+    steps: f32,
+}
+
+fn slices_of(run: Run) -> u32 {
+    return run.count + u32(run.has_cut);
+}
+
+// Slice of a run by its number. Samples from `end` on are hidden.
+fn slice_of_run(ray: ViewRay, run: Run, number: u32, end: u32) -> Slice {
+    let is_cut = run.has_cut && number == 0u;
+    let i = run.first + select(number - u32(run.has_cut), 0u, is_cut);
+    let along_mm = along_ray(ray, i);
+    // The slice in front of a hidden sample is whole.
+    let is_last = i + 1u == run.first + run.count && i + 1u < end;
+    let steps = select(1.0, run.last_steps, is_last);
+    let cut_steps = (along_mm - run.cut_mm) / volume.draw_step_mm;
+    return Slice(
+        select(along_mm, run.cut_mm, is_cut),
+        select(-1.0, select(steps, cut_steps, is_cut), i < end),
+    );
+}

@@ -1,0 +1,24 @@
+// The runs of views, for passes that read them (`runs`).
+//
+// The place of a sample within its step is computed as `march` does, but what is seen and where it is cut is not
+// computed again. So no rounding decides what is drawn. The exception are rays whose runs found no room.
+
+#define_import_path bevy_contextual_ao::seen
+
+#import bevy_contextual_ao::{
+    marched_view::{MarchedView, run_of_pixel},
+    next_run::EMPTY,
+    runs::{NO_RUN, Run, THEN_SAMPLES, unpack_run},
+}
+
+@group(#{RUNS_BIND_GROUP}) @binding(11) var<storage, read> runs: array<vec4<u32>>;
+
+// The first run of a pixel. It may be empty.
+fn first_run(view: MarchedView, pixel: vec2<u32>) -> Run {
+    let first = run_of_pixel(view, pixel);
+    if first < view.end_run {
+        return unpack_run(runs[first]);
+    }
+    // There was no room for any run of the ray: it is followed from its first sample, which is behind sample -1.
+    return Run(0xffffffffu, 0u, false, 0.0, 0.0, EMPTY, THEN_SAMPLES, NO_RUN, true);
+}
