@@ -13,9 +13,10 @@ use super::{
     },
     gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
     methods::{
-        FilteringData, KernelUniform, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData, SweepPlane,
-        SweepingUniform,
+        FilteringData, KernelUniform, Part, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData,
+        SweepPlane, SweepingUniform,
     },
+    views::{dispatch::VIEWS_AT_ONCE, runs::MarchedViewUniform},
     volumes::{
         bricks::{MASKS, PENDING},
         carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
@@ -36,6 +37,7 @@ const PASS: &str = include_str!("volumes/clip_pass.wgsl");
 const WORK_LIST: &str = include_str!("volumes/work_list.wgsl");
 const DILATE: &str = include_str!("carvers/dilate.wgsl");
 const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
+const MARCHED_VIEW: &str = include_str!("views/marched_view.wgsl");
 const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
 const OCTANTS: &str = include_str!("methods/sweeping/octants.wgsl");
 
@@ -64,7 +66,7 @@ fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl
 }
 
 /// All shared structs. A test checks that none is missing.
-fn all_shared() -> [Shared; 13] {
+fn all_shared() -> [Shared; 15] {
     [
         shared::<VolumeUniform, _>("VolumeUniform"),
         shared::<CarverUniform, _>("Carver"),
@@ -74,6 +76,8 @@ fn all_shared() -> [Shared; 13] {
         shared::<ScreenSpaceUniform, _>("ScreenSpaceView"),
         shared::<KernelUniform, _>("Kernel"),
         shared::<WindowUniform, _>("Window"),
+        shared::<MarchedViewUniform, _>("MarchedView"),
+        shared::<Part, _>("Part"),
         shared::<SlicingData, _>("Slicing"),
         shared::<SweepingUniform, _>("Sweeping"),
         shared::<SweepPlane, _>("Plane"),
@@ -122,9 +126,14 @@ fn rust_layout(sources: &[String], shared: &Shared) -> Layout {
     (shared.size, members.into_iter().zip(&shared.offsets).map(with_offset).collect())
 }
 
-/// Layout of a WGSL struct that contains no other struct.
+/// Layout of a WGSL struct. Other structs that it contains are among the shared ones.
 fn wgsl_layout(sources: &[String], name: &str) -> Layout {
-    let module = naga::front::wgsl::parse_str(struct_text(sources, name)).expect("the struct is valid");
+    let text = struct_text(sources, name);
+    let contained = all_shared().map(|shared| shared.wgsl);
+    let contained = contained.iter().filter(|other| text.contains(&format!(": {other},")));
+    let text =
+        contained.map(|other| struct_text(sources, other)).chain([text]).collect::<Vec<_>>().join("\n");
+    let module = naga::front::wgsl::parse_str(&text).expect("the struct is valid");
     let found = module.types.iter().find(|(_, found)| found.name.as_deref() == Some(name));
     let (_, found) = found.expect("naga keeps it");
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
@@ -151,6 +160,11 @@ fn rust_type(module: &Module, handle: Handle<Type>) -> String {
         TypeInner::Matrix { columns, .. } => format!("Mat{}", columns as u8),
         TypeInner::Array { base, size: ArraySize::Constant(count), .. } => {
             format!("[{}; {count}]", rust_type(module, base))
+        }
+        TypeInner::Struct { .. } => {
+            let name = module.types[handle].name.as_deref();
+            let shared = all_shared().into_iter().find(|shared| Some(shared.wgsl) == name);
+            shared.map(|shared| shared.rust).unwrap_or_else(|| panic!("{name:?} is not shared"))
         }
         ref other => panic!("no member is {other:?}"),
     }
@@ -195,11 +209,20 @@ fn no_shared_struct_goes_unlisted() {
         element.starts_with(char::is_uppercase).then_some(element)
     });
     let bound: BTreeSet<_> = bound.collect();
-    // The first three are in shaders alone, the last is Bevy's.
-    let others = ["WorkList", "List", "Progress", "View"];
+    // The first four are in shaders alone, the last is Bevy's.
+    let others = ["FurtherRuns", "WorkList", "List", "Progress", "View"];
     let expected: BTreeSet<_> =
         listed.iter().map(|shared| shared.wgsl).chain(others).map(String::from).collect();
     assert_eq!(bound, expected, "what shaders bind");
+}
+
+#[test]
+fn uniform_arrays_of_views_are_bound_at_offsets_of_whole_arrays() {
+    let view = all_shared().into_iter().find(|shared| shared.wgsl == "MarchedView");
+    assert_eq!(view.map(|view| view.size), Some(u64::from(MarchedViewUniform::BYTES)));
+    // The largest alignment that a device may ask for.
+    assert!(MarchedViewUniform::BYTES.is_multiple_of(256));
+    assert!((VIEWS_AT_ONCE * Part::BYTES).is_multiple_of(256));
 }
 
 #[test]
@@ -215,6 +238,7 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
+        (MARCHED_VIEW, "VIEWS", VIEWS_AT_ONCE),
         (SWEEP, "TILE", OcclusionSweeping::TILE),
         (DILATE, "TILE", TEXELS_PER_TILE),
         (OCTANTS, "SIDE", SIDE as u32),

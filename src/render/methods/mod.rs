@@ -42,7 +42,7 @@ impl Plugin for MethodPlugins {
 pub(super) use {
     direct::SlicingData,
     filtering::FilteringData,
-    rays::kept::RayPassUniform,
+    rays::kept::{Part, RayPassUniform},
     screen_space::uniform::{KernelUniform, ScreenSpaceUniform},
     sweeping::{SIDE, SweepPlane, resources::SweepingUniform},
 };

@@ -30,6 +30,8 @@ const RUN_BYTES: u64 = 16;
 pub(crate) const BOX_VERTICES: u32 = 14;
 /// Words for the further runs of a view, `FurtherRuns` in WGSL.
 const FURTHER_WORDS: u64 = 5;
+/// Most runs: `NO_RUN` in WGSL, which is no index.
+const MOST_RUNS: u64 = 0x3ff_ffff;
 /// Room for further runs, for each first run of a pixel.
 const FURTHER_RUNS: u64 = 1;
 
@@ -216,7 +218,7 @@ impl ViewRuns {
 
     /// Makes buffers with enough room for a number of runs. Returns whether they are new.
     fn keep_room(&mut self, wanted: u64, views: usize, device: &RenderDevice) -> bool {
-        let most = u64::from(device.limits().max_storage_buffer_binding_size) / RUN_BYTES;
+        let most = (device.limits().max_storage_buffer_binding_size / RUN_BYTES).min(MOST_RUNS);
         let needed = wanted.clamp(1, most);
         let has = self.runs.as_ref().map_or(0, |runs| runs.size() / RUN_BYTES);
         let counts = self.further_runs.as_ref().map_or(0, |counts| counts.size());

@@ -111,10 +111,11 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     var unit = u32(1.0 / TRANSMITTANCE_UNIT);
     var sum = unit;
     var i = 0u;
-    // Samples up to here lie in bricks whose distance is known.
-    var known = 0u;
+    // The samples before this one lie in a brick that is known to be not empty.
+    var known = select(end, 0u, ray_pass.leaps != 0u);
     while i < end {
-        if i >= known && ray_pass.leaps != 0u {
+        // Leaps have a loop of their own, because lanes that leap would wait for those that take samples.
+        while i >= known && i < end {
             let point = (start + f32(i) * step) * dimensions;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
@@ -122,10 +123,11 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
 #endif
             let passed = min(end - i, samples_within(point, inverse, max(distance, 1u)));
             known = i + passed;
-            if distance > 0u {
-                sum += passed * unit;
-                i = known;
+            if distance == 0u {
+                break;
             }
+            sum += passed * unit;
+            i = known;
         }
         if i >= end {
             break;

@@ -46,6 +46,10 @@ pub(crate) struct Part {
     pub end: UVec2,
 }
 
+impl Part {
+    pub const BYTES: u32 = 16;
+}
+
 /// Parts of a volume's views, and the bind group with the buffers that it binds.
 #[derive(Default)]
 pub(super) struct MarkParts {

@@ -30,8 +30,6 @@ use crate::render::{
 
 /// Binding of the runs (`seen.wgsl`).
 const RUNS: u32 = 11;
-/// Bytes of a part.
-const PART_BYTES: u32 = 16;
 
 /// The views of one volume.
 pub(crate) struct MarkJob {
@@ -88,7 +86,7 @@ impl MarkPass {
         let [views, runs] = frame.runs.buffers()?;
         let ids = [views.id(), written.id(), runs.id()];
         if group.as_ref().is_none_or(|(bound, _)| *bound != ids) {
-            let size = BufferSize::new((VIEWS_AT_ONCE * PART_BYTES).into());
+            let size = BufferSize::new((VIEWS_AT_ONCE * Part::BYTES).into());
             let parts = BindingResource::Buffer(BufferBinding { buffer: written, offset: 0, size });
             let views = MarchedViewUniform::binding(views, VIEWS_AT_ONCE);
             let entries = [(0, views), (1, parts), (RUNS, runs.as_entire_binding())];
@@ -112,7 +110,7 @@ impl MarkPass {
         cache: &PipelineCache,
     ) {
         let groups = [volume, &job.views, &job.words];
-        let bytes = [MarchedViewUniform::BYTES, PART_BYTES];
+        let bytes = [MarchedViewUniform::BYTES, Part::BYTES];
         encode_views(self, encoder, &groups, &bytes, job.parts, cache);
     }
 }
