@@ -145,6 +145,11 @@ impl Stage {
         self.world().entity_mut(camera).insert(pose);
     }
 
+    /// Projection of the scene's camera.
+    pub fn projection(&self) -> Projection {
+        self.headless.app.world().get(self.scene.camera).cloned().unwrap_or_default()
+    }
+
     /// Shifts the transfer function's first point. All occlusion is invalid in the next frame.
     pub fn edit_transfer_function(&mut self, by: f32) {
         let volume = self.scene.volume;

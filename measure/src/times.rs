@@ -2,7 +2,7 @@
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::occlusion::Optimizations;
-use bevy_contextual_ao::volume::VolumeGeometry;
+use bevy_contextual_ao::volume::{VolumeGeometry, WORLD_UNITS_PER_MM};
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
@@ -30,6 +30,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         stage.print(merged(ratios, times.to_json()));
     }
     at_rest(&mut stage, options);
+    second_eye(&mut stage, options)?;
     more_carvers(&mut stage, options)
 }
 
@@ -54,15 +55,56 @@ pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> 
     Ok(stage.medians(options.warmup, options.frames, Stage::carve))
 }
 
-/// Times frames in which no carver moves.
+/// Times frames in which no carver moves: with a camera that turns, beside the same without occlusion, and at rest.
 fn at_rest(stage: &mut Stage, options: &Options) {
     let turning = |stage: &mut Stage, frame: u32| stage.turn_camera(frame as f32);
+    stage.set_mode(ShadingMode::Solid);
+    let drawn = stage.medians(options.warmup, options.frames, turning);
+    stage.set_mode(ShadingMode::Cao);
     let turned = stage.medians(options.warmup, options.frames, turning);
-    stage.print(merged(json!({ "case": "camera turns 1 degree" }), turned.to_json()));
+    let case = json!({ "case": "camera turns 1 degree, no occlusion" });
+    stage.print(merged(case, drawn.to_json()));
+    let ratio = turned.total / drawn.total;
+    let case = json!({ "case": "camera turns 1 degree", "frame_over_drawing_alone": ratio });
+    stage.print(merged(case, turned.to_json()));
     stage.turn_camera(0.0);
     let rest = stage.medians(options.warmup, options.frames, |_, _| {});
     let jobs = stage.jobs_at_rest();
     stage.print(merged(json!({ "case": "at rest", "jobs": jobs }), rest.to_json()));
+}
+
+/// Times a second eye, a whole image beside the first: at rest, while the head turns, and while a carver moves.
+fn second_eye(stage: &mut Stage, options: &Options) -> Result<(), String> {
+    const APART_MM: f32 = 63.0;
+    let eye = stage.scene.view;
+    let right = eye.right() * APART_MM * WORLD_UNITS_PER_MM;
+    let second = eye.with_translation(eye.translation + right);
+    type Change = fn(&mut Stage, u32);
+    let changes: [(&str, Change); 3] = [
+        ("at rest", |_, _| {}),
+        ("head turns", |stage, frame| stage.turn_camera(frame as f32)),
+        ("one carver moves", Stage::carve),
+    ];
+    for (case, change) in changes {
+        stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
+        let one = stage.medians(options.warmup, options.frames, change);
+        let camera = (stage.headless.camera(), stage.projection());
+        let world = stage.headless.app.world_mut();
+        let order = Camera { order: 1, ..default() };
+        let camera = world.spawn(camera).insert((order, second)).id();
+        let both = stage.medians(options.warmup, options.frames, |stage, frame| {
+            change(stage, frame);
+            if case == "head turns" {
+                let turn = Transform::from_rotation(Quat::from_rotation_y((frame as f32).to_radians()));
+                stage.headless.app.world_mut().entity_mut(camera).insert(turn * second);
+            }
+        });
+        stage.headless.app.world_mut().despawn(camera);
+        stage.turn_camera(0.0);
+        let ratio = json!({ "case": format!("two eyes, {case}"), "frame_over_one": both.total / one.total });
+        stage.print(merged(ratio, both.to_json()));
+    }
+    Ok(())
 }
 
 /// Times the first carver beside carvers at rest: one opposite it, or 31 spread over the volume. The opposite carver
