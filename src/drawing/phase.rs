@@ -23,10 +23,10 @@ use bevy::{
     },
 };
 
-use super::pipeline::{DrawPipeline, DrawVariant, VOLUME_BIND_GROUP};
+use super::pipeline::{DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, VIEW_BINDING, VOLUME_BIND_GROUP};
 use crate::render::{
-    BOX_VERTICES, ClipMaps, ExtractedScene, Formats, MarchedViewUniform, MethodPipelines, VolumeRuns,
-    VolumeStore, shows, volumes::layouts,
+    BOX_VERTICES, ClipMaps, ExtractedScene, Formats, MarchedViewUniform, MethodPipelines, RUNS_BINDING,
+    ViewArray, VolumeRuns, VolumeStore, shows, volumes::layouts,
 };
 
 /// Bind groups of this frame, by the entity of the box; each with the volume in it.
@@ -116,10 +116,10 @@ pub(super) fn bind_volumes(
             let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
             let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
             let own = [
-                (9, BindingResource::TextureView(resources.orientations())),
-                (10, BindingResource::TextureView(&resources.occlusion.view)),
-                (11, runs.as_entire_binding()),
-                (12, MarchedViewUniform::binding(views, 1)),
+                (ORIENTATIONS, BindingResource::TextureView(resources.orientations())),
+                (OCCLUSION, BindingResource::TextureView(&resources.occlusion.view)),
+                (RUNS_BINDING, runs.as_entire_binding()),
+                (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),
             ];
             let entries = shared.chain(own).map(|(binding, resource)| BindGroupEntry { binding, resource });
             let entries: Vec<_> = entries.collect();

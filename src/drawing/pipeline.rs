@@ -19,11 +19,16 @@ use std::sync::{Arc, Mutex};
 
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels},
-    render::{DeviceSupport, MarchedViewUniform, variants_are_ready, volumes::layouts},
+    render::{DeviceSupport, MarchedViewUniform, RUNS_BINDING, variants_are_ready, volumes::layouts},
 };
 
 /// Group of a volume's bindings, behind the two of Bevy's views.
 pub(super) const VOLUME_BIND_GROUP: usize = 2;
+
+/// Bindings of drawing alone: what orients surfaces, the occlusion, and the view.
+pub(super) const ORIENTATIONS: u32 = 9;
+pub(super) const OCCLUSION: u32 = 10;
+pub(super) const VIEW_BINDING: u32 = 12;
 
 /// Makes the pipelines.
 #[derive(Resource)]
@@ -101,10 +106,10 @@ fn layout_entries() -> Vec<BindGroupLayoutEntry> {
     let mut entries = layouts::brick_layout_entries(stages);
     entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
     let volume = texture_3d(TextureSampleType::Float { filterable: true });
-    entries.extend([9, 10].map(|binding| volume.build(binding, stages)));
+    entries.extend([ORIENTATIONS, OCCLUSION].map(|binding| volume.build(binding, stages)));
     // The vertices are those of the volume's box in a view.
-    let view = uniform_buffer::<MarchedViewUniform>(true).build(12, ShaderStages::VERTEX_FRAGMENT);
-    entries.extend([storage_buffer_read_only_sized(false, None).build(11, stages), view]);
+    let view = uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, ShaderStages::VERTEX_FRAGMENT);
+    entries.extend([storage_buffer_read_only_sized(false, None).build(RUNS_BINDING, stages), view]);
     entries[0].visibility = ShaderStages::VERTEX_FRAGMENT;
     entries
 }

@@ -53,7 +53,10 @@ pub use methods::{
     registry::VoxelMethodPlugin,
     voxel_method::{KeptVolume, VolumeFrame, VoxelMethod, factor_format, volume_layout},
 };
-pub(crate) use views::runs::{BOX_VERTICES, MarchedViewUniform, VolumeRuns};
+pub(crate) use views::{
+    dispatch::ViewArray,
+    runs::{BOX_VERTICES, MarchedViewUniform, RUNS_BINDING, VolumeRuns},
+};
 pub use volumes::{
     kept::MethodResources,
     store::{VolumeStore, VolumeTexture, VoxelMask},

@@ -159,7 +159,11 @@ impl Planning<'_, '_> {
             method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, optimizations));
         let step = resources.clip_step(volume, contents, demand, optimizations);
         plan.clips.extend(self.clipping.bind(&step, resources, groups, device, queue));
-        let stale = if looks_different { Stale::Everything } else { Stale::by(&step, volume, optimizations) };
+        let stale = if looks_different {
+            Stale::Everything
+        } else {
+            Stale::by(&step, volume.occlusion.footprint_mm(&volume.geometry), &volume.geometry, optimizations)
+        };
         if !volume.is_drawn_by_method() {
             plan.marches.extend(self.march(volume, groups, &stale));
         }

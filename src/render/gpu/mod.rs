@@ -6,6 +6,7 @@ pub(super) mod device;
 pub(super) mod device_loss;
 pub(super) mod formats;
 pub(super) mod frame;
+pub(super) mod kept_group;
 pub(super) mod render_pipelines;
 pub(super) mod textures;
 pub(super) mod uniforms;

@@ -1,14 +1,52 @@
-//! Dispatch of a pass over the pixels of a volume's views.
+//! Passes over the pixels of a volume's views: their uniform arrays, and their dispatch.
 
 use bevy::{
     prelude::*,
-    render::render_resource::{BindGroup, CommandEncoder, PipelineCache},
+    render::render_resource::{
+        BindGroup, BindingResource, Buffer, BufferBinding, BufferSize, BufferUsages, CommandEncoder,
+        PipelineCache, ShaderSize, StorageBuffer, encase::internal::WriteInto,
+    },
 };
 
-use crate::render::gpu::compute_pass::ComputePass;
+use crate::render::gpu::{compute_pass::ComputePass, device::Gpu};
 
 /// Most views in one dispatch, `VIEWS` in WGSL.
 pub(crate) const VIEWS_AT_ONCE: u32 = 16;
+
+/// A value for each view of a volume. Shaders bind `VIEWS_AT_ONCE` or one of them as a uniform, at a dynamic offset.
+#[derive(Default)]
+pub(crate) struct ViewArray<T: ShaderSize>(StorageBuffer<Vec<T>>);
+
+impl<T: ShaderSize + WriteInto + Clone + Default + PartialEq> ViewArray<T> {
+    /// Bytes of a value.
+    pub const BYTES: u32 = T::SHADER_SIZE.get() as u32;
+
+    /// Writes the values if they changed.
+    pub fn write(&mut self, mut values: Vec<T>, gpu: &Gpu) {
+        // Whole arrays are bound.
+        values.resize(values.len().next_multiple_of(VIEWS_AT_ONCE as usize), T::default());
+        if *self.0.get() != values {
+            self.0.add_usages(BufferUsages::UNIFORM);
+            self.0.set(values);
+            self.0.write_buffer(&gpu.device, &gpu.queue);
+        }
+    }
+
+    /// The values, as last written.
+    pub fn get(&self) -> &[T] {
+        self.0.get()
+    }
+
+    pub fn buffer(&self) -> Option<&Buffer> {
+        self.0.buffer()
+    }
+
+    /// Binding of some successive values in a buffer of such values.
+    pub fn binding(buffer: &Buffer, count: u32) -> BindingResource<'_> {
+        let size = BufferSize::new(u64::from(count * Self::BYTES));
+        BindingResource::Buffer(BufferBinding { buffer, offset: 0, size })
+    }
+}
 
 /// Views of a volume, with the part of each that a pass visits.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ use bevy::{
 };
 
 use super::{
-    dispatch::{VIEWS_AT_ONCE, ViewParts, encode_views},
+    dispatch::{VIEWS_AT_ONCE, ViewArray, ViewParts, encode_views},
     runs::{MarchedViewUniform, Stale, ViewRuns},
 };
 use crate::render::{
@@ -67,22 +67,19 @@ impl MarchPass {
     }
 
     fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
-        let buffers = [runs.views.buffer()?, runs.runs.as_ref()?, runs.further_runs.as_ref()?];
-        let ids = buffers.map(|buffer| buffer.id());
-        if let Some((_, group)) = runs.group.as_ref().filter(|(bound, _)| *bound == ids) {
-            return Some(group.clone());
-        }
-        let [views, all, further] = buffers;
-        let views = MarchedViewUniform::binding(views, VIEWS_AT_ONCE);
-        let resources = (views, all.as_entire_binding(), further.as_entire_binding());
-        let group = self.bind(resources, &gpu.cache, &gpu.device);
-        runs.group = Some((ids, group.clone()));
-        Some(group)
+        let ViewRuns { views, runs, further_runs, group, .. } = runs;
+        let buffers = [views.buffer()?, runs.as_ref()?, further_runs.as_ref()?];
+        Some(group.of(buffers, || {
+            let [views, runs, further] = buffers;
+            let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
+            let resources = (views, runs.as_entire_binding(), further.as_entire_binding());
+            self.bind(resources, &gpu.cache, &gpu.device)
+        }))
     }
 
     /// Encodes the pass over all views.
     pub fn encode_views(&self, encoder: &mut CommandEncoder, job: &MarchJob, cache: &PipelineCache) {
         let groups = [&job.volume, &job.views];
-        encode_views(self, encoder, &groups, &[MarchedViewUniform::BYTES], job.parts, cache);
+        encode_views(self, encoder, &groups, &[ViewArray::<MarchedViewUniform>::BYTES], job.parts, cache);
     }
 }

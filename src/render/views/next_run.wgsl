@@ -14,7 +14,7 @@
     brick_bindings::{carvers_near, distance_at},
     bricks::{inverse_step, samples_within},
     clip_test::is_visible,
-    runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_UNSEEN},
+    runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
     volume_bindings::{
         correct_opacity, edge_sampler, intensities, may_be_visible, opacity_of_intensity, volume,
@@ -70,8 +70,8 @@ fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
     return is_visible(ray.near + along_mm * ray.direction, carvers_near(voxel_at(ray, along_mm)));
 }
 
-// Opacity with a slice behind.
-fn behind(alpha: f32, opacity: f32, steps: f32) -> f32 {
+// Accumulated opacity with another slice behind.
+fn alpha_behind(alpha: f32, opacity: f32, steps: f32) -> f32 {
     let sum = alpha + (1.0 - alpha) * correct_opacity(opacity, steps * volume.draw_exponent);
     return select(alpha, sum, steps > 0.0);
 }
@@ -112,7 +112,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             if next_opacity <= 0.0 || carvers_near(voxel_at(ray, along_mm)) != 0u {
                 break;
             }
-            alpha = behind(alpha, opacity, 1.0);
+            alpha = alpha_behind(alpha, opacity, 1.0);
             opacity = next_opacity;
             run.count += 1u;
             i += 1u;
@@ -154,7 +154,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             // The sample before stands for the step from there to here, up to the cut if there is one.
             run.last_steps = 1.0 + select(0.0, (visible_mm - along_mm) / step_mm, leaves);
             run.count += 1u;
-            alpha = behind(alpha, opacity, run.last_steps);
+            alpha = alpha_behind(alpha, opacity, run.last_steps);
             is_done = now != VISIBLE;
         } else if now == VISIBLE {
             run.first = i;
@@ -163,7 +163,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             run.has_cut = enters;
             run.cut_mm = visible_mm;
             let cut_steps = (along_mm - visible_mm) / step_mm;
-            alpha = select(alpha, behind(alpha, opacity_at(ray, visible_mm), cut_steps), enters);
+            alpha = select(alpha, alpha_behind(alpha, opacity_at(ray, visible_mm), cut_steps), enters);
         }
         is_open = now == VISIBLE;
         is_done |= is_end;
@@ -172,7 +172,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
         i += u32(!is_end);
     }
     run.state = before;
-    let goes_on = select(THEN_SAMPLES, THEN_UNSEEN, alpha >= most_alpha);
+    let goes_on = select(THEN_SAMPLES, THEN_OPAQUE, alpha >= most_alpha);
     run.then = select(goes_on, THEN_END, i >= count && !is_open);
     (*march).i = i;
     (*march).before = before;

@@ -3,27 +3,26 @@
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{
-            BindGroup, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferId, BufferSize,
-            BufferUsages, ShaderType, StorageBuffer,
-        },
+        render_resource::{Buffer, BufferDescriptor, BufferUsages, ShaderType},
         renderer::RenderDevice,
         sync_world::MainEntity,
     },
 };
 
-use super::dispatch::{VIEWS_AT_ONCE, ViewParts};
+use super::dispatch::{ViewArray, ViewParts};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::Optimizations,
     render::{
         clipping::step::{ClipStep, outlines},
-        extract::ExtractedVolume,
-        gpu::{device::Gpu, uniforms::BuffersOf},
+        gpu::{device::Gpu, kept_group::KeptGroup, uniforms::BuffersOf},
         windows::{VolumeWindow, WindowUniform},
     },
+    volume::VolumeGeometry,
 };
 
+/// Binding of the runs for passes that read them (`seen.wgsl`).
+pub(crate) const RUNS_BINDING: u32 = 11;
 /// Bytes of a run.
 const RUN_BYTES: u64 = 16;
 /// Vertices of a volume's box as a strip of triangles.
@@ -63,21 +62,13 @@ impl VolumeRuns {
 /// The runs of one volume, in all its views.
 #[derive(Default)]
 pub(crate) struct ViewRuns {
-    pub(super) views: StorageBuffer<Vec<MarchedViewUniform>>,
+    pub(super) views: ViewArray<MarchedViewUniform>,
     pub(super) runs: Option<Buffer>,
     pub(super) further_runs: Option<Buffer>,
-    slots: Vec<Slot>,
-    /// Bind group for marching, with the buffers that it binds.
-    pub(super) group: Option<([BufferId; 3], BindGroup)>,
-}
-
-/// State of a view's runs.
-#[derive(Clone, PartialEq)]
-struct Slot {
-    view: Entity,
-    window: WindowUniform,
-    first_run: u32,
-    end_run: u32,
+    /// Entities of the views.
+    entities: Vec<Entity>,
+    /// Bind group for marching.
+    pub(super) group: KeptGroup<3>,
 }
 
 /// A view of a volume, `MarchedView` in WGSL (`marched_view.wgsl`).
@@ -94,16 +85,17 @@ pub(crate) struct MarchedViewUniform {
 }
 
 impl MarchedViewUniform {
-    /// Bytes of a view: what a uniform at a dynamic offset is aligned to.
-    pub const BYTES: u32 = 256;
-    /// Binding of some successive views, at a dynamic offset.
-    pub fn binding(views: &Buffer, count: u32) -> BindingResource<'_> {
-        let size = BufferSize::new(u64::from(count * Self::BYTES));
-        BindingResource::Buffer(BufferBinding { buffer: views, offset: 0, size })
+    fn without_runs(window: &VolumeWindow) -> Self {
+        Self {
+            window: window.uniform,
+            clip_from_local: window.clip_from_local,
+            is_mirrored: window.is_mirrored.into(),
+            ..default()
+        }
     }
 }
 
-/// Change of a volume since its runs were stored.
+/// Change of a volume since its views were last visited.
 pub(crate) enum Stale {
     Nothing,
     /// Only within these boxes, each given by its corners in volume space (mm).
@@ -112,28 +104,40 @@ pub(crate) enum Stale {
 }
 
 impl Stale {
-    /// The change by a step of clipping.
-    pub fn by(step: &ClipStep, volume: &ExtractedVolume, optimizations: &Optimizations) -> Self {
+    /// The change by a step of clipping, which shows within a radius of the carvers that changed.
+    pub fn by(
+        step: &ClipStep,
+        radius_mm: f64,
+        geometry: &VolumeGeometry,
+        optimizations: &Optimizations,
+    ) -> Self {
         let Some(changes) = &step.changes else {
             return if optimizations.rest { Self::Nothing } else { Self::Everything };
         };
-        let geometry = &volume.geometry;
-        let radius_mm = volume.occlusion.footprint_mm(geometry);
         let boxes = (optimizations.outlines && !step.is_all_stale)
             .then(|| outlines(changes, radius_mm, geometry))
             .flatten();
         boxes.map_or(Self::Everything, Self::Within)
     }
+
+    /// Part of a view to visit again; all of a new view. `None` if nothing changed there.
+    pub fn part_of(&self, view: &VolumeWindow, is_new: bool) -> Option<WindowUniform> {
+        match self {
+            Self::Nothing if !is_new => None,
+            Self::Within(boxes) if !is_new => view.around(boxes),
+            _ => Some(view.uniform),
+        }
+    }
 }
 
 impl ViewRuns {
     fn index_of(&self, view: Entity) -> Option<usize> {
-        self.slots.iter().position(|slot| slot.view == view)
+        self.entities.iter().position(|entity| *entity == view)
     }
 
     /// Dynamic offset of a view.
     pub fn offset_of(&self, view: Entity) -> Option<u32> {
-        Some(self.index_of(view)? as u32 * MarchedViewUniform::BYTES)
+        Some(self.index_of(view)? as u32 * ViewArray::<MarchedViewUniform>::BYTES)
     }
 
     /// Arguments of the draw of a view's rays that found no room for all runs: buffer, and first byte.
@@ -154,66 +158,45 @@ impl ViewRuns {
         let capacity = self.runs.as_ref().map_or(0, |runs| runs.size() / RUN_BYTES);
         let room = rooms(windows, capacity);
         let mut largest = UVec2::ZERO;
-        let mut slots = Vec::with_capacity(windows.len());
         let mut views = Vec::with_capacity(windows.len());
         for (index, (window, [first_run, end_run])) in windows.iter().zip(room).enumerate() {
-            let slot = Slot { view: window.view, window: window.uniform, first_run, end_run };
-            let before = self.slots.get(index).filter(|before| !is_new && **before == slot);
-            let part = match (before, stale) {
-                (None, _) | (_, Stale::Everything) => Some(window.uniform),
-                (Some(_), Stale::Nothing) => None,
-                (Some(_), Stale::Within(boxes)) => window.around(boxes),
+            let has_same_place = |before: &&MarchedViewUniform| {
+                (before.window, before.first_run, before.end_run) == (window.uniform, first_run, end_run)
             };
+            let is_same = !is_new
+                && self.entities.get(index) == Some(&window.view)
+                && self.views.get().get(index).filter(has_same_place).is_some();
+            let part = stale.part_of(window, !is_same);
             let [part_first, part_end] = part.map_or([UVec2::ZERO; 2], |part| [part.first, part.end]);
-            let has_runs = before.is_some() && !matches!(stale, Stale::Everything);
+            let has_runs = is_same && !matches!(stale, Stale::Everything);
             if let Some(counts) = self.further_runs.as_ref().filter(|_| !has_runs) {
                 let reset = [BOX_VERTICES, 0, 0, 0, 0];
                 gpu.queue.write_buffer(counts, further_offset(index), bytemuck::cast_slice(&reset));
             }
             largest = largest.max(part_end - part_first);
-            slots.push(slot);
             views.push(MarchedViewUniform {
-                window: window.uniform,
-                clip_from_local: window.clip_from_local,
                 part_first,
                 part_end,
                 first_run,
                 end_run,
                 has_runs: has_runs.into(),
-                is_mirrored: window.is_mirrored.into(),
+                ..MarchedViewUniform::without_runs(window)
             });
         }
-        self.write(slots, views, gpu);
+        self.write(windows, views, gpu);
         (largest != UVec2::ZERO).then_some(ViewParts { largest, count: windows.len() as u32 })
     }
 
     /// The same for views that draw without runs.
     pub fn plan_without(&mut self, windows: &[VolumeWindow], gpu: &Gpu) {
         self.keep_room(0, windows.len(), &gpu.device);
-        let views = windows.iter().map(|window| MarchedViewUniform {
-            window: window.uniform,
-            clip_from_local: window.clip_from_local,
-            is_mirrored: window.is_mirrored.into(),
-            ..default()
-        });
-        let slots = windows.iter().map(|window| Slot {
-            view: window.view,
-            window: window.uniform,
-            first_run: 0,
-            end_run: 0,
-        });
-        self.write(slots.collect(), views.collect(), gpu);
+        self.write(windows, windows.iter().map(MarchedViewUniform::without_runs).collect(), gpu);
     }
 
-    fn write(&mut self, slots: Vec<Slot>, mut views: Vec<MarchedViewUniform>, gpu: &Gpu) {
-        self.slots = slots;
-        // Whole arrays are bound.
-        views.resize(views.len().next_multiple_of(VIEWS_AT_ONCE as usize), default());
-        if *self.views.get() != views {
-            self.views.add_usages(BufferUsages::UNIFORM);
-            self.views.set(views);
-            self.views.write_buffer(&gpu.device, &gpu.queue);
-        }
+    fn write(&mut self, windows: &[VolumeWindow], views: Vec<MarchedViewUniform>, gpu: &Gpu) {
+        self.entities.clear();
+        self.entities.extend(windows.iter().map(|window| window.view));
+        self.views.write(views, gpu);
     }
 
     /// Makes buffers with enough room for a number of runs. Returns whether they are new.

@@ -33,7 +33,7 @@ struct Run {
 const THEN_END: u32 = 0u;
 const THEN_RUN: u32 = 1u;
 const THEN_SAMPLES: u32 = 2u;
-const THEN_UNSEEN: u32 = 3u;
+const THEN_OPAQUE: u32 = 3u;
 
 const MOST_IN_RUN: u32 = 0xfffu;
 const NO_RUN: u32 = 0x3ffffffu;

@@ -12,10 +12,11 @@ use super::{
 use crate::{
     occlusion::{Optimizations, ProgressiveRays},
     render::{
-        clipping::step::{Demand, outlines},
+        clipping::step::Demand,
         extract::ExtractedVolume,
         gpu::{device::Gpu, uniforms::write_if_changed},
         methods::voxel_method::{KeptVolume, VolumeFrame},
+        views::runs::Stale,
         volumes::{bricks::BrickResources, clip_pass::Queue},
         windows::{VolumeWindow, WindowUniform},
     },
@@ -109,18 +110,11 @@ fn unmarked(
     frame: &VolumeFrame,
 ) -> Vec<Option<WindowUniform>> {
     let VolumeFrame { of: KeptVolume { volume, .. }, step, optimizations, .. } = *frame;
-    // Where a view was marked before, its reads can differ only within the outlines of the changes.
-    let few = step.changes.as_ref().filter(|_| optimizations.outlines && !step.is_all_stale);
+    // Where a view was marked before, its reads can differ only as far as occlusion reaches from the changes.
     let reach_mm = volume.occlusion.reach_mm(&volume.geometry);
-    let outlines = few.and_then(|changes| outlines(changes, reach_mm, &volume.geometry));
-    let unread = |view: &VolumeWindow| {
-        let is_new = frame.looks_different || !marked.contains(&view.uniform);
-        match &outlines {
-            Some(outlines) if !is_new => view.around(outlines),
-            _ => (is_new || step.has_changes() || !optimizations.rest).then_some(view.uniform),
-        }
-    };
-    views.iter().map(unread).collect()
+    let stale = Stale::by(step, reach_mm, &volume.geometry, optimizations);
+    let is_new = |view: &VolumeWindow| frame.looks_different || !marked.contains(&view.uniform);
+    views.iter().map(|view| stale.part_of(view, is_new(view))).collect()
 }
 
 /// Rays that a frame casts, and the share of the earlier rays' weight that counts. A change restarts at the first

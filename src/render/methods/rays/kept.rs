@@ -3,7 +3,7 @@
 use bevy::{
     prelude::*,
     render::render_resource::{
-        BindGroup, Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, UniformBuffer,
+        Buffer, BufferDescriptor, BufferUsages, ShaderType, StorageBuffer, UniformBuffer,
     },
 };
 
@@ -12,8 +12,9 @@ use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, ProgressiveRays},
     render::{
-        gpu::{device::Gpu, textures::usage_of_buffers},
+        gpu::{device::Gpu, kept_group::KeptGroup, textures::usage_of_buffers},
         methods::voxel_method::KeptVolume,
+        views::dispatch::ViewArray,
         volumes::kept::MethodResources,
         windows::WindowUniform,
     },
@@ -46,15 +47,11 @@ pub(crate) struct Part {
     pub end: UVec2,
 }
 
-impl Part {
-    pub const BYTES: u32 = 16;
-}
-
-/// Parts of a volume's views, and the bind group with the buffers that it binds.
+/// Parts of a volume's views, and their bind group.
 #[derive(Default)]
 pub(super) struct MarkParts {
-    pub parts: StorageBuffer<Vec<Part>>,
-    pub group: Option<([BufferId; 3], BindGroup)>,
+    pub parts: ViewArray<Part>,
+    pub group: KeptGroup<3>,
 }
 
 /// Resources kept for a volume.

@@ -4,8 +4,7 @@ use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::render_resource::{
-        BindGroup, BindGroupEntry, BindingResource, BufferBinding, BufferSize, BufferUsages, CommandEncoder,
-        PipelineCache, ShaderStages,
+        BindGroup, BindGroupEntry, CommandEncoder, PipelineCache, ShaderStages,
         binding_types::{storage_buffer_read_only_sized, uniform_buffer_sized},
     },
 };
@@ -18,8 +17,8 @@ use crate::render::{
     },
     methods::voxel_method::VolumeFrame,
     views::{
-        dispatch::{VIEWS_AT_ONCE, ViewParts, encode_views},
-        runs::MarchedViewUniform,
+        dispatch::{VIEWS_AT_ONCE, ViewArray, ViewParts, encode_views},
+        runs::{MarchedViewUniform, RUNS_BINDING},
     },
     volumes::{
         bricks::{work_group, work_layout},
@@ -27,9 +26,6 @@ use crate::render::{
     },
     windows::WindowUniform,
 };
-
-/// Binding of the runs (`seen.wgsl`).
-const RUNS: u32 = 11;
 
 /// The views of one volume.
 pub(crate) struct MarkJob {
@@ -47,7 +43,7 @@ impl FromWorld for MarkPass {
     fn from_world(world: &mut World) -> Self {
         let views = uniform_buffer_sized(true, None);
         let runs = storage_buffer_read_only_sized(false, None);
-        let bindings = [(0, views), (1, views), (RUNS, runs)];
+        let bindings = [(0, views), (1, views), (RUNS_BINDING, runs)];
         let own = bindings.map(|(binding, entry)| entry.build(binding, ShaderStages::COMPUTE));
         let descriptor = PassDescriptor {
             name: "contextual_ao_mark",
@@ -71,31 +67,24 @@ impl MarkPass {
         gpu: &Gpu,
     ) -> Option<MarkJob> {
         let parts = unmarked.iter().map(|part| part.unwrap_or_default());
-        let mut parts: Vec<_> = parts.map(|WindowUniform { first, end, .. }| Part { first, end }).collect();
+        let parts: Vec<_> = parts.map(|WindowUniform { first, end, .. }| Part { first, end }).collect();
         let largest = parts.iter().map(|part| part.end - part.first).reduce(UVec2::max)?;
         let count = parts.len() as u32;
-        // Whole arrays are bound.
-        parts.resize(parts.len().next_multiple_of(VIEWS_AT_ONCE as usize), default());
         let MarkParts { parts: written, group } = &mut kept.parts;
-        if *written.get() != parts {
-            written.add_usages(BufferUsages::UNIFORM);
-            written.set(parts);
-            written.write_buffer(&gpu.device, &gpu.queue);
-        }
-        let written = written.buffer()?;
+        written.write(parts, gpu);
         let [views, runs] = frame.runs.buffers()?;
-        let ids = [views.id(), written.id(), runs.id()];
-        if group.as_ref().is_none_or(|(bound, _)| *bound != ids) {
-            let size = BufferSize::new((VIEWS_AT_ONCE * Part::BYTES).into());
-            let parts = BindingResource::Buffer(BufferBinding { buffer: written, offset: 0, size });
-            let views = MarchedViewUniform::binding(views, VIEWS_AT_ONCE);
-            let entries = [(0, views), (1, parts), (RUNS, runs.as_entire_binding())];
+        let buffers = [views, written.buffer()?, runs];
+        let views = group.of(buffers, || {
+            let [views, parts, runs] = buffers;
+            let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
+            let parts = ViewArray::<Part>::binding(parts, VIEWS_AT_ONCE);
+            let entries = [(0, views), (1, parts), (RUNS_BINDING, runs.as_entire_binding())];
             let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
-            *group = Some((ids, self.0.bind_entries(&entries, &gpu.cache, &gpu.device)));
-        }
+            self.0.bind_entries(&entries, &gpu.cache, &gpu.device)
+        });
         let bricks = &frame.resources.bricks;
         Some(MarkJob {
-            views: group.as_ref()?.1.clone(),
+            views,
             words: work_group(bricks, &bricks.word_list, &gpu.cache, &gpu.device),
             parts: ViewParts { largest, count },
         })
@@ -110,7 +99,7 @@ impl MarkPass {
         cache: &PipelineCache,
     ) {
         let groups = [volume, &job.views, &job.words];
-        let bytes = [MarchedViewUniform::BYTES, Part::BYTES];
+        let bytes = [ViewArray::<MarchedViewUniform>::BYTES, ViewArray::<Part>::BYTES];
         encode_views(self, encoder, &groups, &bytes, job.parts, cache);
     }
 }
