@@ -65,7 +65,7 @@ fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
     let needed = [
         ("compute workgroups of 64 invocations", limits.max_compute_invocations_per_workgroup, 64),
         ("a storage texture per stage", limits.max_storage_textures_per_shader_stage, 1),
-        ("6 storage buffers per stage", limits.max_storage_buffers_per_shader_stage, 6),
+        ("7 storage buffers per stage", limits.max_storage_buffers_per_shader_stage, 7),
         ("14 KiB uniform buffers", limits.max_uniform_buffer_binding_size as u32, 14_336),
     ];
     match needed.iter().find(|(_, has, needs)| has < needs) {

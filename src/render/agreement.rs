@@ -25,7 +25,7 @@ use super::{
         carver_uniform::{CarverUniform, OPERATION_INTERSECT, OPERATION_REGION, OPERATION_SUBTRACT},
         clip_pass::{ClipPassUniform, Queue},
         store::VoxelMask,
-        uniform::VolumeUniform,
+        uniform::{CARVER_BITS, VolumeUniform},
     },
     windows::WindowUniform,
 };
@@ -212,8 +212,8 @@ fn no_shared_struct_goes_unlisted() {
         element.starts_with(char::is_uppercase).then_some(element)
     });
     let bound: BTreeSet<_> = bound.collect();
-    // The first four are in shaders alone, the last is Bevy's.
-    let others = ["FurtherRuns", "WorkList", "List", "Progress", "View"];
+    // The first five are in shaders alone, the last is Bevy's.
+    let others = ["FurtherRuns", "WorkList", "List", "Progress", "Superbrick", "View"];
     let expected: BTreeSet<_> =
         listed.iter().map(|shared| shared.wgsl).chain(others).map(String::from).collect();
     assert_eq!(bound, expected, "what shaders bind");
@@ -239,6 +239,7 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (BRICKS, "PENDING", PENDING),
         (BRICKS, "HIDDEN", VoxelMask::Hidden as u32),
         (BRICKS, "MASKS", MASKS),
+        (BRICKS, "CARVER_BITS", CARVER_BITS),
         (MARCHED_VIEW, "VIEWS", VIEWS_AT_ONCE),
         (SWEEP, "TILE", OcclusionSweeping::TILE),
         (DILATE, "TILE", TEXELS_PER_TILE),

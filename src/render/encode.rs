@@ -13,7 +13,7 @@ use super::{
     carvers::{clip_draw::MeshSource, clip_maps::ClipMaps, passes::CarverPasses, plan::CarverPlan},
     clipping::passes::ClippingPasses,
     gpu::{
-        compute_pass::Groups,
+        compute_pass::{Groups, ListEnd},
         frame::{Frame, TimesByClock},
     },
     methods::registry::VoxelMethods,
@@ -29,7 +29,7 @@ use crate::diagnostics::{
 pub(crate) fn encode_passes(
     (carver_plan, volume_plan): (Res<CarverPlan>, Res<VolumePlan>),
     CarverPasses { count, peel, dilate, cache }: CarverPasses,
-    ClippingPasses { ranges, cull, clip, distances, .. }: ClippingPasses,
+    clipping: ClippingPasses,
     (march, methods): (Res<MarchPass>, Res<VoxelMethods>),
     clip_maps: Res<ClipMaps>,
     meshes: Res<RenderAssets<RenderMesh>>,
@@ -59,28 +59,37 @@ pub(crate) fn encode_passes(
     });
 
     // Once per volume and stride of its occlusion: the range of intensities around every brick.
+    let ClippingPasses { ranges, static_distances, cull_superbricks, cull_bricks, clip, distances, .. } =
+        clipping;
     let clips = &volume_plan.clips;
-    let unknown = clips.iter().filter_map(|job| Some((job, job.ranges.as_ref()?)));
-    frame.pass(SPAN_RANGES, unknown, |encoder, (job, group)| {
-        ranges.encode(encoder, [&job.groups.volume, group], Groups::Invocations(job.bricks), &cache);
+    frame.pass(SPAN_RANGES, clips.iter().filter(|job| job.finds_ranges), |encoder, job| {
+        let groups = [&job.volume.volume, &job.groups.ranges];
+        ranges.encode(encoder, groups, Groups::Invocations(job.bricks), &cache);
     });
 
-    // Step IV: find the bricks that a changed carver can affect, and clip their voxels. Then measure the
-    // distance of all bricks from anything visible.
+    // Step IV: find the superbricks, then the bricks that a changed carver can affect, and clip their voxels. Then
+    // measure the distances from anything visible near them.
     let changed = clips.iter().filter_map(|job| Some((job, job.carve.as_ref()?)));
     frame.pass(SPAN_CULL, changed.clone(), |encoder, (job, carve)| {
-        let groups = [&job.groups.volume, &carve.cull, &carve.bricks];
-        cull.encode(encoder, groups, Groups::Invocations(job.bricks), &cache);
+        let (volume, groups) = (&job.volume.volume, &job.groups);
+        let lists = [volume, &groups.cull_superbricks, &groups.superbricks];
+        cull_superbricks.encode(encoder, lists, carve.superbricks, &cache);
+        let listed = Groups::Listed(&carve.superbrick_list, ListEnd::Front);
+        cull_bricks.encode(encoder, [volume, &groups.cull_bricks, &groups.bricks], listed, &cache);
     });
     frame.pass(SPAN_CLIP, changed.clone(), |encoder, (job, carve)| {
         if carve.begins_anew {
             carve.forget_pending(encoder);
         }
-        let groups = [&job.groups.bricks, &carve.clip, &carve.words];
+        let groups = [&job.volume.bricks, &job.groups.clip, &job.groups.words];
         clip.encode(encoder, groups, &carve.brick_list, &cache);
     });
     frame.pass(SPAN_DISTANCES, changed, |encoder, (job, carve)| {
-        distances.encode(encoder, &job.groups.volume, &carve.distances, job.bricks, &cache);
+        let (volume, groups) = (&job.volume.volume, &job.groups);
+        if carve.begins_anew {
+            static_distances.encode(encoder, volume, &groups.static_distances, job.bricks, &cache);
+        }
+        distances.encode(encoder, volume, &groups.distances, &carve.superbrick_list, &cache);
     });
 
     // What the views see, and which occlusion they read.

@@ -103,6 +103,7 @@ impl Plugin for OcclusionRenderPlugin {
             .init_gpu_resource::<VolumeStore>()
             .init_resource::<windows::VolumeWindows>()
             .init_gpu_resource::<views::runs::VolumeRuns>()
+            .init_gpu_resource::<clipping::job::KeptClipGroups>()
             .init_gpu_resource::<carvers::plan::CarverPlan>()
             .init_gpu_resource::<plan::VolumePlan>()
             .init_gpu_resource::<SpecializedRenderPipelines<carvers::clip_draw::ClipDrawPipeline>>()
@@ -115,7 +116,9 @@ impl Plugin for OcclusionRenderPlugin {
                     init_gpu_resource::<carvers::peel::PeelPasses>,
                     init_gpu_resource::<carvers::dilate::DilatePasses>,
                     init_gpu_resource::<clipping::ranges::RangesPass>,
-                    init_gpu_resource::<clipping::cull::CullPass>,
+                    init_gpu_resource::<clipping::static_distances::StaticDistancePasses>,
+                    init_gpu_resource::<clipping::cull_superbricks::CullSuperbrickPasses>,
+                    init_gpu_resource::<clipping::cull_bricks::CullBricksPass>,
                     init_gpu_resource::<clipping::clip::ClipPasses>,
                     init_gpu_resource::<clipping::distances::DistancePasses>,
                     init_gpu_resource::<views::march::MarchPass>,

@@ -4,7 +4,10 @@ use bevy::prelude::*;
 
 use super::{
     carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures, plan::CarverPlan},
-    clipping::{job::ClipJob, passes::ClippingPasses},
+    clipping::{
+        job::{ClipJob, KeptClipGroups},
+        passes::ClippingPasses,
+    },
     extract::{ExtractedScene, ExtractedVolume},
     gpu::{device::Gpu, uniforms::write_if_changed},
     methods::{
@@ -44,12 +47,13 @@ pub(crate) fn plan_volumes(
     gpu: Gpu,
     report: Res<ReportChannel>,
     mut methods: ResMut<VoxelMethods>,
-    (mut store, mut runs): (ResMut<VolumeStore>, ResMut<VolumeRuns>),
+    (mut store, mut runs, mut clip_groups): (ResMut<VolumeStore>, ResMut<VolumeRuns>, ResMut<KeptClipGroups>),
     mut plan: ResMut<VolumePlan>,
 ) {
     plan.clips.clear();
     plan.marches.clear();
     runs.begin_frame();
+    clip_groups.begin_frame();
     let Some(clip) = &clip_maps.textures else {
         return;
     };
@@ -59,6 +63,7 @@ pub(crate) fn plan_volumes(
         clipping: &clipping,
         march: &march,
         runs: &mut runs,
+        clip_groups: &mut clip_groups,
         gpu: &gpu,
     };
     let mut ready = Vec::new();
@@ -138,6 +143,7 @@ struct Planning<'a, 'w> {
     clipping: &'a ClippingPasses<'w>,
     march: &'a MarchPass,
     runs: &'a mut VolumeRuns,
+    clip_groups: &'a mut KeptClipGroups,
     gpu: &'a Gpu<'w>,
 }
 
@@ -158,7 +164,8 @@ impl Planning<'_, '_> {
         let demand =
             method.as_ref().map_or_else(default, |method| method.demand(&kept_volume, optimizations));
         let step = resources.clip_step(volume, contents, demand, optimizations);
-        plan.clips.extend(self.clipping.bind(&step, resources, groups, device, queue));
+        let (of, gpu) = ((volume.entity, &mut *resources), (&**device, &**queue));
+        plan.clips.extend(self.clipping.bind(&step, of, groups, self.clip_groups, gpu));
         let stale = if looks_different {
             Stale::Everything
         } else {

@@ -79,21 +79,29 @@ impl VolumeSize {
     /// Bytes of the volume, without its occlusion method.
     pub fn bytes(self) -> u64 {
         let voxels = self.dimensions.as_u64vec3().element_product();
-        voxels * self.bytes_per_voxel + self.bricks() * Self::BYTES_PER_BRICK + Self::BYTES_OF_TABLES
+        let bricks = self.bricks() * Self::BYTES_PER_BRICK + self.cubes(16) * Self::BYTES_PER_SUPERBRICK;
+        voxels * self.bytes_per_voxel + bricks + Self::BYTES_OF_TABLES
     }
 
     /// Number of bricks of 4x4x4 voxels.
     fn bricks(self) -> u64 {
-        self.dimensions.map(|voxels| voxels.div_ceil(4)).as_u64vec3().element_product()
+        self.cubes(4)
+    }
+
+    /// Number of cubes of so many voxels along each side.
+    fn cubes(self, side: u32) -> u64 {
+        self.dimensions.map(|voxels| voxels.div_ceil(side)).as_u64vec3().element_product()
     }
 
     /// Bytes per brick in all buffers together, and in the largest buffer.
     const BYTES_PER_BRICK: u64 = 52;
     const MAX_BYTES_PER_BRICK: u64 = 24;
+    /// Bytes per superbrick of 4x4x4 bricks: its state, and its places in two lists.
+    const BYTES_PER_SUPERBRICK: u64 = 20;
     /// Bytes of the lookup table (three rows), of the counts of opaque entries before each entry, and of the list
     /// heads.
     const BYTES_OF_TABLES: u64 =
-        3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 2 * 32;
+        3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
 }
 
 /// A volume that does not fit, with the dimensions that would fit.

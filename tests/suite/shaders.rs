@@ -17,9 +17,10 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 26] = sources![
+const LIBRARIES: [(&str, &str); 27] = sources![
     "volumes/bindings.wgsl",
     "volumes/bricks.wgsl",
+    "volumes/superbricks.wgsl",
     "volumes/brick_bindings.wgsl",
     "volumes/voxel_masks.wgsl",
     "volumes/work_list.wgsl",
@@ -46,13 +47,15 @@ const LIBRARIES: [(&str, &str); 26] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 25] = sources![
+const ENTRIES: [(&str, &str); 27] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
     "carvers/dilate.wgsl",
     "clipping/ranges.wgsl",
-    "clipping/cull.wgsl",
+    "clipping/static_distances.wgsl",
+    "clipping/cull_superbricks.wgsl",
+    "clipping/cull_bricks.wgsl",
     "clipping/clip.wgsl",
     "clipping/expire.wgsl",
     "clipping/distances.wgsl",
@@ -85,7 +88,8 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "carvers/dilate.wgsl" => &["REDUCE"],
         "clipping/clip.wgsl" => &["STORE_R8"],
         "methods/direct/slices.wgsl" => &["MULTISAMPLED"],
-        "clipping/distances.wgsl" => &["OCCUPY"],
+        "clipping/static_distances.wgsl" => &["OCCUPY"],
+        "clipping/distances.wgsl" => &["FIND_SEEN"],
         "methods/sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],
         "methods/sweeping/collect.wgsl" => &["OCTANTS", "STORE_R8"],
         "methods/rays/cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
@@ -102,7 +106,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
 fn has_axis(name: &str) -> bool {
     matches!(
         name,
-        "clipping/distances.wgsl" | "methods/filtering/means.wgsl" | "methods/filtering/extrema.wgsl"
+        "clipping/static_distances.wgsl" | "methods/filtering/means.wgsl" | "methods/filtering/extrema.wgsl"
     )
 }
 

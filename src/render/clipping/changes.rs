@@ -8,7 +8,12 @@ pub(super) enum Changes {
     /// Everything changed: no earlier result holds.
     All,
     /// Some carvers changed, given as past and present states. Results for voxels that none of them affects hold.
-    Carvers { past: Vec<CarverUniform>, present: Vec<CarverUniform> },
+    Carvers {
+        past: Vec<CarverUniform>,
+        present: Vec<CarverUniform>,
+        /// Whether all carvers keep their numbers. Then every past state has a present one, in the same order.
+        keep_numbers: bool,
+    },
 }
 
 impl Changes {
@@ -33,13 +38,23 @@ impl Changes {
             }
         }
         let came = new.carvers.iter().filter(|carver| !acts_among(carver, &old.carvers));
-        Self::Carvers { past, present: came.map(|(carver, _)| *carver).collect() }
+        let present = came.map(|(carver, _)| *carver).collect();
+        Self::Carvers { past, present, keep_numbers: keep_numbers(&old.carvers, &new.carvers) }
     }
 }
 
 /// Whether one of `others` has the same maps and acts in the same place. Its maps may be in other layers.
 fn acts_among((carver, revision): &(CarverUniform, u64), others: &[(CarverUniform, u64)]) -> bool {
     others.iter().any(|(other, maps)| maps == revision && carver.carves_as(other))
+}
+
+/// Whether each carver is the same as before, or changed for one that is new.
+fn keep_numbers(old: &[(CarverUniform, u64)], new: &[(CarverUniform, u64)]) -> bool {
+    let is_in_place = |(old_one, new_one): (&(CarverUniform, u64), &(CarverUniform, u64))| {
+        let is_same = old_one.1 == new_one.1 && old_one.0.carves_as(&new_one.0);
+        is_same || !acts_among(old_one, new) && !acts_among(new_one, old)
+    };
+    old.len() == new.len() && old.iter().zip(new).all(is_in_place)
 }
 
 #[cfg(test)]
@@ -56,7 +71,8 @@ mod tests {
     }
 
     fn carvers(past: &[CarverUniform], present: &[CarverUniform]) -> Changes {
-        Changes::Carvers { past: past.to_vec(), present: present.to_vec() }
+        let keep_numbers = past.len() == present.len();
+        Changes::Carvers { past: past.to_vec(), present: present.to_vec(), keep_numbers }
     }
 
     #[test]
@@ -90,6 +106,17 @@ mod tests {
         assert_eq!(Changes::between(Some(&old), &redrawn), carvers(&[region], &[from]));
         let probe = contents(&[(CarverUniform::at(1.0, Intersect), 3)]);
         assert_eq!(Changes::between(Some(&probe), &gone), Changes::All);
+    }
+
+    #[test]
+    fn carvers_behind_one_that_left_have_other_numbers() {
+        let [a, b, c] = [1.0, 2.0, 3.0].map(|place| CarverUniform::at(place, Subtract));
+        let between = |old: &[_], new: &[_]| Changes::between(Some(&contents(old)), &contents(new));
+        let left = between(&[(a, 1), (b, 2)], &[(b, 2), (c, 3)]);
+        let region = a.region().expect("a subtracting carver acts in a region");
+        assert_eq!(left, Changes::Carvers { past: vec![region], present: vec![c], keep_numbers: false });
+        let in_place = between(&[(a, 1), (b, 2)], &[(c, 3), (b, 2)]);
+        assert_eq!(in_place, Changes::Carvers { past: vec![region], present: vec![c], keep_numbers: true });
     }
 
     #[test]

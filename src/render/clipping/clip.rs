@@ -46,6 +46,7 @@ impl FromWorld for ClipPasses {
                 storage_buffer_read_only::<Vec<CarverUniform>>(false),
                 read,
                 texture_storage_3d(world.resource::<Formats>().scalar, StorageTextureAccess::WriteOnly),
+                read,
             ),
         );
         let pass = |name, shader| {
@@ -85,6 +86,7 @@ impl ClipPasses {
             volume.changes.binding()?,
             volume.bricks.brick_list.as_entire_binding(),
             &volume.opacities.view,
+            volume.bricks.near_carvers.as_entire_binding(),
         );
         Some(self.clip.bind(resources, cache, device))
     }

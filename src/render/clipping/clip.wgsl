@@ -8,7 +8,6 @@
 // show points that read the voxel.
 
 #import bevy_contextual_ao::{
-    brick_bindings::carvers_near_brick,
     bricks::{HIDDEN, PENDING, VALID, brick_at, mask_at, mask_bit},
     changes::is_stale,
     coverage::{clip_voxel, local_position},
@@ -20,6 +19,7 @@
     work_list::{FRONT, append},
 }
 
+@group(1) @binding(6) var<storage, read> near_carvers: array<u32>;
 #ifdef STORE_R8
 @group(1) @binding(5) var opacities: texture_storage_3d<r8unorm, write>;
 #else
@@ -52,7 +52,7 @@ fn clip(
         atomicOr(&stale[word], select(0u, bit, is_old));
         let intensity = textureLoad(intensities, voxel, 0).r;
         let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
-        let near = carvers_near_brick(place);
+        let near = near_carvers[brick] | volume.tests_all_carvers;
         let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
         textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
         let is_hidden = clipping.is_removed || is_brick_transparent(brick);

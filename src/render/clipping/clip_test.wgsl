@@ -3,9 +3,12 @@
 
 #define_import_path bevy_contextual_ao::clip_test
 
-#import bevy_contextual_ao::volume_bindings::{
-    Carver, MAX_CARVERS, OPERATION_INTERSECT, OPERATION_NONE, OPERATION_REGION, OPERATION_SUBTRACT, carvers,
-    depth_maps, dilation_maps, volume,
+#import bevy_contextual_ao::{
+    bricks::CARVER_BITS,
+    volume_bindings::{
+        Carver, MAX_CARVERS, OPERATION_INTERSECT, OPERATION_NONE, OPERATION_REGION, OPERATION_SUBTRACT,
+        carvers, depth_maps, dilation_maps, volume,
+    },
 }
 
 fn to_clip_map(carver: Carver, position_mm: vec3<f32>) -> vec3<f32> {
@@ -37,14 +40,13 @@ fn is_inside(carver: Carver, p: vec3<f32>) -> bool {
     return false;
 }
 
-// Whether every carver lets a point (volume space, mm) through. `near` has the bits, modulo 32, of all carvers that may
-// not.
+// Whether every carver lets a point (volume space, mm) through. `near` has the bits of all carvers that may not.
 fn is_visible(position_mm: vec3<f32>, near: u32) -> bool {
     var rest = near;
     while rest != 0u {
         let first = firstTrailingBit(rest);
         rest &= rest - 1u;
-        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 32u) {
+        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += CARVER_BITS) {
             let inside = is_inside(carvers[i], to_clip_map(carvers[i], position_mm));
             if inside == (carvers[i].operation == OPERATION_SUBTRACT) {
                 return false;
@@ -100,11 +102,10 @@ struct BoxClipping {
     removes_all: bool,
 }
 
-// The same tests for all points of a box in volume space (mm), given by its centre and three half edges. A box over
-// more than a few texels is judged by `is_near` alone.
-fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxClipping {
-    const MAX_TEXELS: i32 = 10;
-    let unknown = BoxClipping(is_near(carver, center_mm, volume.brick_radius_mm + volume.reach_mm), false);
+// The same tests for all points of a box in volume space (mm), given by its centre, three half edges and the radius of
+// a ball around it. A box over `most_texels` or more along a side of the dilation map is judged by `is_near` alone.
+fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>, radius_mm: f32, most_texels: i32) -> BoxClipping {
+    let unknown = BoxClipping(is_near(carver, center_mm, radius_mm + volume.reach_mm), false);
     if carver.operation == OPERATION_REGION {
         return unknown;
     }
@@ -118,7 +119,7 @@ fn clip_box(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> BoxCl
     let is_inside_map = all(first >= vec2(0.0)) && all(last <= vec2(limit));
     let low = vec2<i32>(clamp(first, vec2(0.0), vec2(limit)));
     let high = vec2<i32>(clamp(last, vec2(0.0), vec2(limit)));
-    if any(high - low >= vec2(MAX_TEXELS)) {
+    if any(high - low >= vec2(most_texels)) {
         return unknown;
     }
     // Whether any point is in the inflated mesh, and whether all points are in the shrunk mesh.

@@ -9,6 +9,7 @@
 #define_import_path bevy_contextual_ao::coverage
 
 #import bevy_contextual_ao::{
+    bricks::CARVER_BITS,
     clip_test::{is_in_dilation, is_in_unit_square, is_visible, to_clip_map},
     clip_pass::{COVERAGE_CENTER, COVERAGE_LINES, clip_pass},
     volume_bindings::{Carver, MAX_CARVERS, OPERATION_NONE, OPERATION_SUBTRACT, carvers, depth_maps, volume},
@@ -35,7 +36,7 @@ struct Clipping {
     is_removed: bool,
 }
 
-// Clipping of a voxel by all carvers near it (bits modulo 32). Only voxels that are not transparent need the coverage.
+// Clipping of a voxel by all carvers near it (bits). Only voxels that are not transparent need the coverage.
 fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     let center_mm = local_position(voxel);
     var clipping = Clipping(1.0, false);
@@ -45,7 +46,7 @@ fn clip_voxel(voxel: vec3<f32>, near: u32, needs_coverage: bool) -> Clipping {
     while rest != 0u {
         let first = firstTrailingBit(rest);
         rest &= rest - 1u;
-        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 32u) {
+        for (var i = first; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += CARVER_BITS) {
             let p = to_clip_map(carvers[i], center_mm);
             let is_in = is_in_dilation(carvers[i], p);
             // An intersecting carver removes its outside.

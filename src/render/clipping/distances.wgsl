@@ -1,27 +1,45 @@
-// Chebyshev distance of every brick, in bricks, from the nearest brick in which something may be visible. Rays may leap
-// that far. Carvers only remove, so rays also leap over bricks that carvers hide.
+// The words of the bricks in the superbricks that `widen` lists: the carvers near a brick, and its distance from
+// anything visible. Rays may leap that far. Carvers only remove, so rays also leap over bricks that carvers hide.
 //
-// The distance separates over the axes: distances are found along x, then from these along y, then along z. Distances
-// are capped, and a search ends at the first distance that cannot be improved.
+// `find_seen` finds the bricks in which something may be visible, a bit each. `find_distances` looks for such bricks up
+// to three bricks away. So a change reaches no farther than the next superbrick. Where the transfer function leaves
+// nothing farther around, its distance counts (`static_distances.wgsl`).
 
 #import bevy_contextual_ao::{
-    bricks::{HIDDEN, WIDTH, brick_at, brick_counts, brick_index, mask_at, number_of_bricks, invocation_index},
+    bricks::{CARVER_BITS, HIDDEN, brick_counts, brick_index, mask_at},
     emptiness::is_brick_transparent,
-    volume_bindings::volume,
+    listed::{NOTHING, listed_item},
+    superbricks::{Superbrick, superbrick_at, superbrick_counts, superbrick_index},
+    work_list::BACK,
 }
 
-#ifdef OCCUPY
-@group(1) @binding(2) var<storage, read> voxel_masks: array<u32>;
-@group(1) @binding(3) var found: texture_storage_3d<r32uint, write>;
-#else
-@group(1) @binding(0) var along_other_axes: texture_3d<u32>;
-@group(1) @binding(1) var found: texture_storage_3d<r32uint, write>;
-#endif
+#ifdef FIND_SEEN
+@group(1) @binding(5) var<storage, read> voxel_masks: array<u32>;
+@group(1) @binding(6) var<storage, read_write> superbricks: array<Superbrick>;
 
-// Largest distance that is found, bricks.
-const FARTHEST: u32 = 15u;
+var<workgroup> seen: array<atomic<u32>, 2>;
 
-#ifdef OCCUPY
+@compute @workgroup_size(4, 4, 4)
+fn find_seen(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let superbrick = listed_item(BACK, group);
+    if superbrick == NOTHING {
+        return;
+    }
+    let brick = 4u * superbrick_at(superbrick) + local;
+    if all(brick < brick_counts()) && !is_brick_transparent(brick_index(brick)) && is_seen(brick) {
+        atomicOr(&seen[lane >> 5u], 1u << (lane & 31u));
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        superbricks[superbrick].seen_low = atomicLoad(&seen[0]);
+        superbricks[superbrick].seen_high = atomicLoad(&seen[1]);
+    }
+}
+
 // Whether any voxel that points of a brick read is not hidden.
 fn is_seen(brick: vec3<u32>) -> bool {
     let bricks = vec3<i32>(brick_counts());
@@ -49,32 +67,70 @@ fn layers_facing(side: vec3<i32>) -> vec2<u32> {
     let above = select(select(0xffff0000u, 0u, side.z > 0), 0xffffffffu, side.z == 0);
     return vec2(x & y & below, x & y & above);
 }
-#endif
+#else
+@group(1) @binding(5) var<storage, read> near_carvers: array<u32>;
+@group(1) @binding(6) var<storage, read> superbricks: array<Superbrick>;
+@group(1) @binding(7) var static_distances: texture_3d<u32>;
+@group(1) @binding(8) var words: texture_storage_3d<r32uint, write>;
 
-@compute @workgroup_size(WIDTH)
-fn find_distances(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = invocation_index(id, groups);
-    if index >= number_of_bricks() {
+// Distance of bricks that have no such brick as near as this, bricks.
+const FAR: i32 = 4;
+
+// Whether something may be visible in the bricks of a superbrick and of its neighbours: a bit for each brick of a row
+// along x. The superbrick's own bricks are 4 to 7 along each axis.
+var<workgroup> rows: array<array<u32, 12>, 12>;
+
+// Invocations of a workgroup.
+const WIDTH: u32 = 64u;
+
+@compute @workgroup_size(4, 4, 4)
+fn find_distances(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let superbrick = listed_item(BACK, group);
+    if superbrick == NOTHING {
         return;
     }
-    let brick = brick_at(index);
-#ifdef OCCUPY
-    let nearest = select(FARTHEST, 0u, !is_brick_transparent(index) && is_seen(brick));
-#else
-    let place = brick[#{AXIS}u];
-    let count = brick_counts()[#{AXIS}u];
-    var nearest = textureLoad(along_other_axes, brick, 0).r;
-    for (var k = 1u; k < nearest; k += 1u) {
-        var neighbor = brick;
-        if k <= place {
-            neighbor[#{AXIS}u] = place - k;
-            nearest = min(nearest, max(k, textureLoad(along_other_axes, neighbor, 0).r));
-        }
-        if place + k < count {
-            neighbor[#{AXIS}u] = place + k;
-            nearest = min(nearest, max(k, textureLoad(along_other_axes, neighbor, 0).r));
+    let place = superbrick_at(superbrick);
+    for (var k = lane; k < 144u; k += WIDTH) {
+        rows[k / 12u][k % 12u] = row_at(vec3<i32>(place), vec2(k % 12u, k / 12u));
+    }
+    workgroupBarrier();
+    let brick = 4u * place + local;
+    if any(brick >= brick_counts()) {
+        return;
+    }
+    var nearest = FAR;
+    for (var z = 1 - FAR; z < FAR; z += 1) {
+        for (var y = 1 - FAR; y < FAR; y += 1) {
+            let row = rows[4 + i32(local.z) + z][4 + i32(local.y) + y];
+            // From the nearest bit on either side.
+            let right = firstTrailingBit(row >> (4u + local.x));
+            let left = countLeadingZeros(row << (27u - local.x));
+            let across = i32(min(select(right, 32u, right == 0xffffffffu), left));
+            nearest = min(nearest, max(across, max(abs(y), abs(z))));
         }
     }
-#endif
-    textureStore(found, brick, vec4(nearest, 0u, 0u, 0u));
+    let distance = max(u32(nearest), textureLoad(static_distances, brick, 0).r);
+    let word = near_carvers[brick_index(brick)] | (distance << CARVER_BITS);
+    textureStore(words, brick, vec4(word, 0u, 0u, 0u));
 }
+
+// A row around a superbrick, given by its place along y and z.
+fn row_at(superbrick: vec3<i32>, at: vec2<u32>) -> u32 {
+    let counts = vec3<i32>(superbrick_counts());
+    let shift = 4u * (at.x & 3u) + 16u * (at.y & 1u);
+    var row = 0u;
+    for (var x = 0; x < 3; x += 1) {
+        let neighbor = superbrick + vec3(x, vec2<i32>(at / 4u)) - 1;
+        if all(neighbor >= vec3(0)) && all(neighbor < counts) {
+            let index = superbrick_index(vec3<u32>(neighbor));
+            let seen = select(superbricks[index].seen_low, superbricks[index].seen_high, (at.y & 2u) != 0u);
+            row |= ((seen >> shift) & 0xfu) << (4u * u32(x));
+        }
+    }
+    return row;
+}
+#endif

@@ -1,13 +1,23 @@
 //! Bound passes of step IV over one volume.
 
-use bevy::render::{
-    render_resource::{BindGroup, Buffer, CommandEncoder},
-    renderer::{RenderDevice, RenderQueue},
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{BindGroup, Buffer, CommandEncoder},
+        renderer::{RenderDevice, RenderQueue},
+        sync_world::MainEntity,
+    },
 };
 
-use super::{distances::DistanceGroups, passes::ClippingPasses, step::ClipStep};
+use super::{
+    cull_superbricks::SuperbrickBox, distances::DistanceGroups, passes::ClippingPasses,
+    static_distances::StaticDistanceGroups, step::ClipStep,
+};
 use crate::render::{
-    gpu::uniforms::write_if_changed,
+    gpu::{
+        kept_group::KeptGroup,
+        uniforms::{BuffersOf, write_if_changed},
+    },
     volumes::{
         bricks::{BrickResources, PENDING, work_group},
         carver_uniform::CarverUniform,
@@ -17,11 +27,12 @@ use crate::render::{
 
 /// The passes over one volume.
 pub(crate) struct ClipJob {
-    pub groups: VolumeGroups,
+    pub volume: VolumeGroups,
     /// Number of bricks.
     pub bricks: u32,
-    /// Bind group that finds ranges, for a new volume or another stride of the occlusion.
-    pub ranges: Option<BindGroup>,
+    /// Whether the ranges of bricks are found, for a new volume or another stride of the occlusion.
+    pub finds_ranges: bool,
+    pub groups: ClipGroups,
     /// Passes that clip, if carvers or anything else changed.
     pub carve: Option<CarveJob>,
 }
@@ -33,14 +44,11 @@ pub(crate) struct CarveJob {
     pending: (u64, u64),
     /// Whether all voxels are stale. Only then may voxels be pending from frames before.
     pub begins_anew: bool,
-    pub cull: BindGroup,
-    /// The list of bricks that `cull` fills.
-    pub bricks: BindGroup,
-    pub clip: BindGroup,
+    /// Superbricks that may have changed, and the box around them in which distances may have.
+    pub superbricks: [SuperbrickBox; 2],
+    /// The list of superbricks, and the list of bricks.
+    pub superbrick_list: Buffer,
     pub brick_list: Buffer,
-    /// The list of voxels to be cast.
-    pub words: BindGroup,
-    pub distances: DistanceGroups,
 }
 
 impl CarveJob {
@@ -51,58 +59,87 @@ impl CarveJob {
     }
 }
 
+/// Bind groups of the passes over one volume.
+#[derive(Clone)]
+pub(crate) struct ClipGroups {
+    pub ranges: BindGroup,
+    pub static_distances: StaticDistanceGroups,
+    pub cull_superbricks: BindGroup,
+    pub cull_bricks: BindGroup,
+    pub clip: BindGroup,
+    pub distances: DistanceGroups,
+    /// The lists of superbricks, of bricks, and of voxels to be cast, each with the masks of voxels.
+    pub superbricks: BindGroup,
+    pub bricks: BindGroup,
+    pub words: BindGroup,
+}
+
+/// The bind groups of all seen volumes.
+#[derive(Resource, Default)]
+pub(crate) struct KeptClipGroups(BuffersOf<MainEntity, KeptGroup<2, Option<ClipGroups>>>);
+
+impl KeptClipGroups {
+    /// Begins a frame. Frees the groups of volumes that the previous frame did not show.
+    pub fn begin_frame(&mut self) {
+        self.0.begin_frame();
+    }
+}
+
 impl ClippingPasses<'_> {
-    /// Writes the inputs of the passes and makes their bind groups. `None` if there is nothing to do.
+    /// Writes the inputs of the passes and binds them. `None` if there is nothing to do.
     pub fn bind(
         &self,
         step: &ClipStep,
-        volume: &mut VolumeResources,
+        (entity, volume): (MainEntity, &mut VolumeResources),
         groups: &VolumeGroups,
-        device: &RenderDevice,
-        queue: &RenderQueue,
+        kept: &mut KeptClipGroups,
+        (device, queue): (&RenderDevice, &RenderQueue),
     ) -> Option<ClipJob> {
+        let kept = kept.0.of(entity);
         write_if_changed(&mut volume.pass, step.pass, device, queue);
         if !step.finds_ranges && step.changes.is_none() {
             return None;
         }
-        let changes = step.changes.clone();
-        let carve = match changes {
-            Some(changes) => Some(self.bind_carve(changes, step.is_all_stale, volume, device, queue)?),
-            None => None,
-        };
+        if let Some(changes) = &step.changes {
+            // A binding cannot be empty.
+            volume.changes.set(changes.iter().copied().chain([CarverUniform::default()]).collect());
+            volume.changes.write_buffer(device, queue);
+            let BrickResources { superbrick_list, brick_list, word_list, .. } = &volume.bricks;
+            for list in [superbrick_list, brick_list, word_list] {
+                BrickResources::empty(list, queue);
+            }
+        }
+        let bricks = &volume.bricks;
+        let buffers = [volume.changes.buffer()?, &bricks.brick_list];
+        let carve = step.changes.is_some().then(|| CarveJob {
+            voxel_masks: bricks.voxel_masks.clone(),
+            pending: bricks.mask(PENDING),
+            begins_anew: step.is_all_stale,
+            superbricks: [step.superbricks, step.superbricks.widened(bricks.superbrick_counts)],
+            superbrick_list: bricks.superbrick_list.clone(),
+            brick_list: bricks.brick_list.clone(),
+        });
         Some(ClipJob {
-            groups: groups.clone(),
-            bricks: volume.bricks.bricks,
-            ranges: step.finds_ranges.then(|| self.ranges.bind_volume(volume, &self.cache, device)),
+            volume: groups.clone(),
+            bricks: bricks.bricks,
+            finds_ranges: step.finds_ranges,
+            groups: kept.of(buffers, || self.bind_volume(volume, device))?,
             carve,
         })
     }
 
-    fn bind_carve(
-        &self,
-        mut changes: Vec<CarverUniform>,
-        begins_anew: bool,
-        volume: &mut VolumeResources,
-        device: &RenderDevice,
-        queue: &RenderQueue,
-    ) -> Option<CarveJob> {
-        let cache = &*self.cache;
-        BrickResources::empty(&volume.bricks.word_list, queue);
-        BrickResources::empty(&volume.bricks.brick_list, queue);
-        // A binding cannot be empty.
-        changes.push(CarverUniform::default());
-        volume.changes.set(changes);
-        volume.changes.write_buffer(device, queue);
-        Some(CarveJob {
-            voxel_masks: volume.bricks.voxel_masks.clone(),
-            pending: volume.bricks.mask(PENDING),
-            begins_anew,
-            cull: self.cull.bind_volume(volume, cache, device)?,
-            bricks: work_group(&volume.bricks, &volume.bricks.brick_list, cache, device),
+    fn bind_volume(&self, volume: &VolumeResources, device: &RenderDevice) -> Option<ClipGroups> {
+        let (bricks, cache) = (&volume.bricks, &*self.cache);
+        Some(ClipGroups {
+            ranges: self.ranges.bind_volume(volume, cache, device),
+            static_distances: self.static_distances.bind_volume(volume, cache, device),
+            cull_superbricks: self.cull_superbricks.bind_volume(volume, cache, device)?,
+            cull_bricks: self.cull_bricks.bind_volume(volume, cache, device)?,
             clip: self.clip.bind_volume(volume, cache, device)?,
-            brick_list: volume.bricks.brick_list.clone(),
-            words: work_group(&volume.bricks, &volume.bricks.word_list, cache, device),
             distances: self.distances.bind_volume(volume, cache, device),
+            superbricks: work_group(bricks, &bricks.superbrick_list, cache, device),
+            bricks: work_group(bricks, &bricks.brick_list, cache, device),
+            words: work_group(bricks, &bricks.word_list, cache, device),
         })
     }
 }

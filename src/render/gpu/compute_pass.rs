@@ -18,6 +18,8 @@ use super::formats::Formats;
 
 /// Voxels along each side of a brick (`bricks.wgsl`).
 const BRICK: u32 = 4;
+/// Bricks along each side of a superbrick (`superbricks.wgsl`).
+const SUPERBRICK: u32 = 4;
 /// Number of invocations of a workgroup in [`Groups::Invocations`].
 pub(crate) const WIDTH: u32 = 64;
 /// Number of words in the head of a list's end. The arguments of the dispatch come first (`work_list.wgsl`).
@@ -28,6 +30,11 @@ const MAX_GROUPS: u32 = 65_535;
 /// Number of bricks of a volume along each axis, including incomplete bricks at the edges.
 pub(crate) fn brick_counts(dimensions: UVec3) -> UVec3 {
     (dimensions + (BRICK - 1)) / BRICK
+}
+
+/// Number of superbricks of a volume along each axis, including incomplete superbricks at the edges.
+pub(crate) fn superbrick_counts(dimensions: UVec3) -> UVec3 {
+    (brick_counts(dimensions) + (SUPERBRICK - 1)) / SUPERBRICK
 }
 
 /// One compute pass, and the layout of its own bind group.

@@ -1,22 +1,22 @@
-//! Bind group that lives as long as the buffers that it binds.
+//! Bind groups that live as long as the buffers that they bind.
 
 use bevy::render::render_resource::{BindGroup, Buffer, BufferId};
 
-/// A bind group, with the buffers that it binds.
-pub(crate) struct KeptGroup<const N: usize>(Option<([BufferId; N], BindGroup)>);
+/// Bind groups, with buffers that they bind. Everything else that they bind lives as long as these buffers.
+pub(crate) struct KeptGroup<const N: usize, G = BindGroup>(Option<([BufferId; N], G)>);
 
-impl<const N: usize> Default for KeptGroup<N> {
+impl<const N: usize, G> Default for KeptGroup<N, G> {
     fn default() -> Self {
         Self(None)
     }
 }
 
-impl<const N: usize> KeptGroup<N> {
-    /// The group of some buffers, made anew if it binds others.
-    pub fn of(&mut self, buffers: [&Buffer; N], make: impl FnOnce() -> BindGroup) -> BindGroup {
+impl<const N: usize, G: Clone> KeptGroup<N, G> {
+    /// The groups of some buffers, made anew if they bind others.
+    pub fn of(&mut self, buffers: [&Buffer; N], make: impl FnOnce() -> G) -> G {
         let ids = buffers.map(|buffer| buffer.id());
         match &self.0 {
-            Some((bound, group)) if *bound == ids => group.clone(),
+            Some((bound, groups)) if *bound == ids => groups.clone(),
             _ => self.0.insert((ids, make())).1.clone(),
         }
     }

@@ -33,8 +33,7 @@ impl VolumeResources {
             TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
             TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),
             Sampler(SamplerBindingType::Filtering, formats.edge_sampler.clone()),
-            TextureView(TextureViewDimension::D3, self.bricks.near_carvers.view.clone()),
-            TextureView(TextureViewDimension::D3, self.bricks.distances.view.clone()),
+            TextureView(TextureViewDimension::D3, self.bricks.words.view.clone()),
         ];
         Some((0..).zip(resources).collect())
     }
@@ -67,7 +66,7 @@ impl VolumeResources {
             self.groups = Some(VolumeGroups {
                 maps,
                 volume: group(compute_layout(), &entries[..7]),
-                bricks: group(bricks_layout(), &entries[..9]),
+                bricks: group(bricks_layout(), &entries[..8]),
                 lit: group(lit_layout(), &entries),
             });
         }

@@ -33,7 +33,7 @@ struct VolumeUniform {
     brick_radius_mm: f32,
     reach_mm: f32,
     footprint_mm: f32,
-    // Bits, modulo 32, of the carvers to test in every brick: all carvers or none.
+    // Bits of the carvers to test in every brick (`bricks.wgsl`): all carvers or none.
     tests_all_carvers: u32,
     // 1: view rays leap over empty bricks.
     draw_leaps: u32,

@@ -1,4 +1,4 @@
-//! GPU resources for a volume's bricks and, as masks, for its voxels.
+//! GPU resources for a volume's bricks and superbricks and, as masks, for its voxels.
 
 use bevy::{
     prelude::*,
@@ -15,7 +15,7 @@ use bevy::{
 use crate::{
     diagnostics::GpuUsage,
     render::gpu::{
-        compute_pass::{LIST_HEAD, brick_counts},
+        compute_pass::{LIST_HEAD, brick_counts, superbrick_counts},
         formats::volume_texture,
         textures::{TextureAndView, usage_of, usage_of_buffers},
     },
@@ -27,6 +27,10 @@ const MASK_WORDS: u32 = 2;
 /// Number of masks of voxels (`bricks.wgsl`); `PENDING` is the mask of the voxels to be cast.
 pub(crate) const MASKS: u32 = 3;
 pub(crate) const PENDING: u32 = 1;
+/// Number of words of a superbrick's state (`superbricks.wgsl`).
+const SUPERBRICK_WORDS: u32 = 3;
+/// Lists of superbricks: changed ones in front, those whose distances may change at the back.
+const SUPERBRICK_LISTS: u32 = 2;
 /// Format of one number for every brick, which compute passes can write on any device.
 pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Number of words before the items of a list: the heads of its two ends (`work_list.wgsl`).
@@ -36,16 +40,22 @@ const LIST_HEADS: u32 = 2 * LIST_HEAD;
 pub(crate) struct BrickResources {
     /// Number of bricks.
     pub bricks: u32,
+    /// Number of superbricks along each axis.
+    pub superbrick_counts: UVec3,
     /// Lowest and highest intensity around each brick, 16 bits each.
     pub ranges: Buffer,
     /// Number of lookup table entries with opacity before each entry.
     pub opaque_before: Buffer,
-    /// For each brick, a bit for every carver near it, modulo 32.
-    pub near_carvers: TextureAndView,
-    /// Distance of each brick from the nearest brick in which something may be visible.
-    pub distances: TextureAndView,
-    /// Intermediate distances.
-    pub other_distances: TextureAndView,
+    /// For each brick, a bit for every carver near it (`bricks.wgsl`).
+    pub near_carvers: Buffer,
+    /// The same bits with the distance that rays may leap, as rays read them.
+    pub words: TextureAndView,
+    /// Distance of each brick from the nearest brick that the transfer function does not make transparent.
+    pub static_distances: TextureAndView,
+    /// State of every superbrick.
+    pub superbricks: Buffer,
+    /// Superbricks to visit.
+    pub superbrick_list: Buffer,
     /// Masks of valid, pending and hidden voxels.
     pub voxel_masks: Buffer,
     /// Bricks to be clipped and, at the back, bricks in which only occlusion may be stale.
@@ -58,6 +68,8 @@ impl BrickResources {
     pub fn new(dimensions: UVec3, device: &RenderDevice) -> Self {
         let counts = brick_counts(dimensions);
         let bricks = counts.element_product();
+        let superbrick_counts = superbrick_counts(dimensions);
+        let superbricks = superbrick_counts.element_product();
         // Read along rays, where textures are faster than buffers.
         let texture = |label| {
             let descriptor = volume_texture(label, counts, BRICK_FORMAT, TextureUsages::STORAGE_BINDING);
@@ -76,11 +88,17 @@ impl BrickResources {
         };
         Self {
             bricks,
+            superbrick_counts,
             ranges: buffer("contextual_ao_ranges", bricks),
             opaque_before: buffer("contextual_ao_opaque_before", LookupTable::ENTRIES as u32 + 1),
-            near_carvers: texture("contextual_ao_near_carvers"),
-            distances: texture("contextual_ao_distances"),
-            other_distances: texture("contextual_ao_other_distances"),
+            near_carvers: buffer("contextual_ao_near_carvers", bricks),
+            words: texture("contextual_ao_brick_words"),
+            static_distances: texture("contextual_ao_static_distances"),
+            superbricks: buffer("contextual_ao_superbricks", SUPERBRICK_WORDS * superbricks),
+            superbrick_list: buffer(
+                "contextual_ao_superbrick_list",
+                LIST_HEADS + SUPERBRICK_LISTS * superbricks,
+            ),
             voxel_masks: buffer("contextual_ao_voxel_masks", MASKS * MASK_WORDS * bricks),
             brick_list: buffer("contextual_ao_brick_list", LIST_HEADS + bricks),
             word_list: buffer("contextual_ao_word_list", LIST_HEADS + MASK_WORDS * bricks),
@@ -99,9 +117,17 @@ impl BrickResources {
     }
 
     pub fn usage(&self) -> GpuUsage {
-        let buffers =
-            [&self.ranges, &self.opaque_before, &self.voxel_masks, &self.brick_list, &self.word_list];
-        let textures = [&self.near_carvers, &self.distances, &self.other_distances];
+        let buffers = [
+            &self.ranges,
+            &self.opaque_before,
+            &self.near_carvers,
+            &self.superbricks,
+            &self.superbrick_list,
+            &self.voxel_masks,
+            &self.brick_list,
+            &self.word_list,
+        ];
+        let textures = [&self.words, &self.static_distances];
         usage_of(textures.map(|texture| &texture.texture)) + usage_of_buffers(buffers)
     }
 }

@@ -1,5 +1,7 @@
 // Bricks of 4x4x4 voxels: the units in which passes find their work. Voxels have one bit each in masks of two words a
 // brick. In a mask, bricks follow one another.
+//
+// Carvers near a brick have one bit each, modulo `CARVER_BITS`.
 
 #define_import_path bevy_contextual_ao::bricks
 
@@ -12,6 +14,10 @@ const PENDING: u32 = 1u;
 // Mask of voxels that no drawn point reads.
 const HIDDEN: u32 = 2u;
 const MASKS: u32 = 3u;
+
+// Number of bits for the carvers near a brick. The rest of a brick's word is its distance.
+const CARVER_BITS: u32 = 28u;
+const CARVER_MASK: u32 = 0xfffffffu;
 
 // Invocations of a workgroup in passes that visit all bricks, or all voxels.
 const WIDTH: u32 = 64u;

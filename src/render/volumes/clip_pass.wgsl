@@ -3,6 +3,12 @@
 #define_import_path bevy_contextual_ao::clip_pass
 
 struct ClipPass {
+    // Superbricks that may have changed, first and end, and the number of this clipping of the volume.
+    first_superbrick: vec3<u32>,
+    clipping: u32,
+    end_superbrick: vec3<u32>,
+    // 1: every one of these superbricks is visited, not only those near a change.
+    visits_all: u32,
     // 1: every brick is listed, not only those near a change.
     lists_all: u32,
     // 1: every voxel is stale, not only those that a change affects.

@@ -38,4 +38,6 @@ pub(crate) struct VolumeState {
     pub contents: Option<Contents>,
     /// Voxels that clipping put on the list of voxels to be cast.
     pub queue: Queue,
+    /// Number of clippings so far.
+    pub clippings: u32,
 }

@@ -38,10 +38,10 @@ pub(crate) fn compute_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new("contextual_ao_volume", &layout_entries(ShaderStages::COMPUTE))
 }
 
-/// The layout with the data of bricks, 7 and 8 (`brick_bindings.wgsl`).
+/// The layout with the words of bricks, 7 (`brick_bindings.wgsl`).
 pub(crate) fn brick_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let mut entries = layout_entries(stages);
-    entries.extend([7, 8].map(|binding| texture_3d(TextureSampleType::Uint).build(binding, stages)));
+    entries.push(texture_3d(TextureSampleType::Uint).build(7, stages));
     entries
 }
 

@@ -18,6 +18,7 @@ pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "bindings.wgsl");
     load_shader_library!(app, "bricks.wgsl");
     load_shader_library!(app, "brick_bindings.wgsl");
+    load_shader_library!(app, "superbricks.wgsl");
     load_shader_library!(app, "voxel_masks.wgsl");
     load_shader_library!(app, "work_list.wgsl");
     load_shader_library!(app, "listed.wgsl");

@@ -90,7 +90,7 @@ impl VolumeUniform {
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
             footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
-            tests_all_carvers: if optimizations.near_carvers { 0 } else { bits_of(carvers) },
+            tests_all_carvers: if optimizations.near_carvers { 0 } else { carver_bits(carvers) },
             draw_leaps: optimizations.draw_leaps.into(),
             visible_intensities: drawn
                 .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
@@ -124,9 +124,12 @@ fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -
     Vec2::new(from.map_or(f32::MIN, intensity), to.map_or(f32::MAX, intensity))
 }
 
-/// Bits, modulo 32, of this many carvers.
-fn bits_of(carvers: usize) -> u32 {
-    if carvers < 32 { (1 << carvers) - 1 } else { u32::MAX }
+/// Number of bits for the carvers near a brick, `CARVER_BITS` in WGSL.
+pub(crate) const CARVER_BITS: u32 = 28;
+
+/// The bits of this many carvers.
+fn carver_bits(carvers: usize) -> u32 {
+    (1 << (carvers as u32).min(CARVER_BITS)) - 1
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages, StorageTextureAccess,
+            BindGroup, BindGroupLayoutEntries, PipelineCache, ShaderStages,
             binding_types::{
-                storage_buffer_read_only, storage_buffer_read_only_sized, texture_storage_3d, uniform_buffer,
+                storage_buffer_read_only, storage_buffer_read_only_sized, storage_buffer_sized,
+                uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -17,19 +18,16 @@ use bevy::{
 use crate::render::{
     gpu::compute_pass::{ComputePass, PassDescriptor},
     volumes::{
-        bricks::{BRICK_FORMAT, work_layout},
-        carver_uniform::CarverUniform,
-        clip_pass::ClipPassUniform,
-        layouts,
+        bricks::work_layout, carver_uniform::CarverUniform, clip_pass::ClipPassUniform, layouts,
         store::VolumeResources,
     },
 };
 
-/// Pass over all bricks.
+/// Pass over the bricks of the listed superbricks.
 #[derive(Resource, Deref)]
-pub(crate) struct CullPass(ComputePass);
+pub(crate) struct CullBricksPass(ComputePass);
 
-impl FromWorld for CullPass {
+impl FromWorld for CullBricksPass {
     fn from_world(world: &mut World) -> Self {
         let read = storage_buffer_read_only_sized(false, None);
         let own = BindGroupLayoutEntries::sequential(
@@ -39,12 +37,13 @@ impl FromWorld for CullPass {
                 read,
                 uniform_buffer::<ClipPassUniform>(false),
                 storage_buffer_read_only::<Vec<CarverUniform>>(false),
-                texture_storage_3d(BRICK_FORMAT, StorageTextureAccess::WriteOnly),
+                read,
+                storage_buffer_sized(false, None),
             ),
         );
         let descriptor = PassDescriptor {
-            name: "contextual_ao_cull",
-            shader: load_embedded_asset!(world, "cull.wgsl"),
+            name: "contextual_ao_cull_bricks",
+            shader: load_embedded_asset!(world, "cull_bricks.wgsl"),
             before: vec![layouts::compute_layout()],
             own: &own,
             behind: vec![work_layout()],
@@ -54,7 +53,7 @@ impl FromWorld for CullPass {
     }
 }
 
-impl CullPass {
+impl CullBricksPass {
     pub fn bind_volume(
         &self,
         volume: &VolumeResources,
@@ -66,7 +65,8 @@ impl CullPass {
             volume.bricks.ranges.as_entire_binding(),
             volume.pass.binding()?,
             volume.changes.binding()?,
-            &volume.bricks.near_carvers.view,
+            volume.bricks.superbrick_list.as_entire_binding(),
+            volume.bricks.near_carvers.as_entire_binding(),
         );
         Some(self.bind(resources, cache, device))
     }

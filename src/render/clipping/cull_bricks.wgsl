@@ -1,32 +1,40 @@
-// Lists the bricks in which something may have changed, and finds the carvers near each brick: the first level of the
-// work lists. Bricks whose clipping may have changed are in front. Bricks in which only occlusion may be stale are at
-// the back. A brick that is transparent whatever the carvers do is listed only when all bricks are.
+// Lists the bricks in which something may have changed, in the superbricks that `cull_superbricks` lists, and finds the
+// carvers near each brick: the second level of the work lists. Bricks whose clipping may have changed are in front.
+// Bricks in which only occlusion may be stale are at the back. A brick that is transparent whatever the carvers do is
+// listed only when all bricks are.
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, brick_at, brick_center_mm, number_of_bricks, invocation_index},
+    bricks::{CARVER_BITS, brick_center_mm, brick_counts, brick_index},
     changes::changes,
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
     clip_pass::{QUEUE_NONE, clip_pass},
+    listed::{NOTHING, listed_item},
+    superbricks::superbrick_at,
     volume_bindings::{MAX_CARVERS, OPERATION_NONE, carvers, volume},
     work_list::{BACK, FRONT, append},
 }
 
-@group(1) @binding(4) var near_carvers: texture_storage_3d<r32uint, write>;
+@group(1) @binding(5) var<storage, read_write> near_carvers: array<u32>;
 
-@compute @workgroup_size(WIDTH)
-fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = invocation_index(id, groups);
-    if index >= number_of_bricks() {
+// Dilation texels along a side of a brick up to which they are looked at.
+const MOST_TEXELS: i32 = 10;
+
+@compute @workgroup_size(4, 4, 4)
+fn cull_bricks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let superbrick = listed_item(FRONT, group);
+    let brick = 4u * superbrick_at(superbrick) + local;
+    if superbrick == NOTHING || any(brick >= brick_counts()) {
         return;
     }
-    let center_mm = brick_center_mm(brick_at(index));
+    let index = brick_index(brick);
+    let center_mm = brick_center_mm(brick);
     let clips_mm = volume.brick_radius_mm + volume.footprint_mm;
     var near = 0u;
     for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
-        near |= u32(is_near(carvers[i], center_mm, clips_mm)) << (i & 31u);
+        near |= u32(is_near(carvers[i], center_mm, clips_mm)) << (i % CARVER_BITS);
     }
-    textureStore(near_carvers, brick_at(index), vec4(near, 0u, 0u, 0u));
+    near_carvers[index] = near;
 
     var is_listed = clip_pass.lists_all != 0u;
     // The voxels to be cast depend on the voxels that carvers remove.
@@ -44,7 +52,7 @@ fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     // Whether past states hide the brick, and whether present states do.
     var is_hidden = vec2(false);
     for (var k = 0u; k < clip_pass.changes; k += 1u) {
-        let clipping = clip_box(changes[k], center_mm, half_mm);
+        let clipping = clip_box(changes[k], center_mm, half_mm, volume.brick_radius_mm, MOST_TEXELS);
         is_affected |= clipping.affects_some;
         let is_past = k < clip_pass.past_changes;
         is_hidden |= vec2(clipping.removes_all) & vec2(is_past, !is_past);
