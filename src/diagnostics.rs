@@ -41,6 +41,15 @@ pub(crate) const COUNTERS: [&str; 6] = [
     "contextual_ao/distances_high",
 ];
 
+/// Names of the counts of clipping: superbricks visited, superbricks whose distances were found, bricks clipped, bricks
+/// in which only occlusion became stale.
+pub(crate) const CLIP_COUNTERS: [&str; 4] = [
+    "contextual_ao/superbricks_visited",
+    "contextual_ao/superbricks_measured",
+    "contextual_ao/bricks_clipped",
+    "contextual_ao/bricks_expired",
+];
+
 /// Counts the ray cast's work on the GPU while `true`. Counting slows the ray cast down. A device without timestamp or
 /// statistics queries counts nothing and logs a warning.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,18 +67,81 @@ pub struct Work {
     pub distances: u64,
 }
 
+/// Work of clipping a volume in one frame (step IV). Of several volumes, one is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClipWork {
+    /// Superbricks of 16x16x16 voxels that were tested, the second time with their neighbours.
+    pub superbricks_tested: u64,
+    /// Superbricks whose bricks were visited.
+    pub superbricks_visited: u64,
+    /// Superbricks in which the distances were found anew that rays may leap.
+    pub superbricks_measured: u64,
+    /// Bricks of 4x4x4 voxels whose voxels were clipped anew.
+    pub bricks_clipped: u64,
+    /// Bricks in which only occlusion became stale.
+    pub bricks_expired: u64,
+}
+
+impl ClipWork {
+    /// Bricks touched by all passes.
+    pub fn bricks(&self) -> u64 {
+        64 * (self.superbricks_visited + self.superbricks_measured)
+            + self.bricks_clipped
+            + self.bricks_expired
+    }
+
+    /// Bytes that the passes fetch and store for superbricks, bricks and voxels, each as often as a shader asks for
+    /// it. A voxel has `intensity_bytes`. Settings, carvers and clip maps are left out.
+    pub fn bytes(&self, intensity_bytes: u64) -> u64 {
+        // A stamp, then those of 27 superbricks.
+        let tested = 2 + 27;
+        // Its place in two lists; of each brick the range, two counts, the carvers and its place in a list.
+        let visited = 3 + 64 * 5;
+        // Of each brick the range, two counts and the masks of 27 bricks; then the states of 27 superbricks, and of
+        // each brick the carvers, the distance and the word.
+        let measured = 2 + 64 * (3 + 27 * 2) + 2 + 27 * 2 + 64 * 3;
+        // The list, the range, the carvers and the masks.
+        let clipped = 1 + 3 + 1 + 8;
+        let expired = 1 + 4;
+        // Intensity and opacity.
+        let voxels = 64 * self.bricks_clipped * (intensity_bytes + 1);
+        let words = [
+            (self.superbricks_tested, tested),
+            (self.superbricks_visited, visited),
+            (self.superbricks_measured, measured),
+            (self.bricks_clipped, clipped),
+            (self.bricks_expired, expired),
+        ];
+        voxels + 4 * words.iter().map(|(count, words)| count * words).sum::<u64>()
+    }
+}
+
+/// The latest counted [`ClipWork`], while [`CountWork`] is on and a volume was clipped.
+pub fn latest_clip_work(diagnostics: &DiagnosticsStore, status: &RenderStatus) -> Option<ClipWork> {
+    let [visited, measured, clipped, expired] = CLIP_COUNTERS.map(|name| latest_count(diagnostics, name));
+    Some(ClipWork {
+        superbricks_tested: status.superbricks_tested,
+        superbricks_visited: visited?,
+        superbricks_measured: measured?,
+        bricks_clipped: clipped?,
+        bricks_expired: expired?,
+    })
+}
+
 /// The latest counted [`Work`], while [`CountWork`] is on and a ray cast ran.
 pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
-    let read = |name: &str| {
-        let path = DiagnosticPath::from_components(["render", name]);
-        diagnostics.get(&path)?.measurement().map(|m| m.value as u64)
-    };
+    let read = |name: &str| latest_count(diagnostics, name);
     let word = |low: &str, high: &str| Some(read(low)? | read(high)? << 32);
     Some(Work {
         voxels: word(COUNTERS[0], COUNTERS[1])?,
         samples: word(COUNTERS[2], COUNTERS[3])?,
         distances: word(COUNTERS[4], COUNTERS[5])?,
     })
+}
+
+fn latest_count(diagnostics: &DiagnosticsStore, name: &str) -> Option<u64> {
+    let path = DiagnosticPath::from_components(["render", name]);
+    diagnostics.get(&path)?.measurement().map(|m| m.value as u64)
 }
 
 /// The latest GPU time of a span, milliseconds.
@@ -112,6 +184,7 @@ pub(crate) struct Report {
     pub ready: Vec<(Entity, bool)>,
     pub usage: GpuUsage,
     pub passes: PassLog,
+    pub superbricks_tested: u64,
     /// Layers that all carvers get together.
     pub layers_wanted: u32,
     /// Carvers whose meshes have more layers than they get.
@@ -184,4 +257,6 @@ pub struct RenderStatus {
     pub passes: PassLog,
     /// Layers of the depth maps of all carvers together.
     pub clip_layers: u32,
+    /// Superbricks that the last frame with a change tested ([`ClipWork`]).
+    pub superbricks_tested: u64,
 }

@@ -64,8 +64,8 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, OcclusionFailed, OcclusionMethod, OcclusionRays, OcclusionResolution,
-            ProgressiveRays, RayPattern, Recompute, Sky, VolumeLighting, VolumeShading,
+            AmbientOcclusion, CastBudget, OcclusionFailed, OcclusionMethod, OcclusionRays,
+            OcclusionResolution, ProgressiveRays, RayPattern, Recompute, Sky, VolumeLighting, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

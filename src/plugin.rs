@@ -91,6 +91,7 @@ fn receive_report(
         usage: report.usage,
         passes: report.passes.clone(),
         clip_layers: report.layers_wanted,
+        superbricks_tested: report.superbricks_tested,
     };
     status.set_if_neq(new);
     layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));

@@ -28,7 +28,10 @@ use bevy::{
     winit::WinitPlugin,
 };
 use bevy_contextual_ao::{
-    diagnostics::{CountWork, RenderStatus, TimePassesByClock, Work, latest_gpu_ms, latest_work},
+    diagnostics::{
+        ClipWork, CountWork, RenderStatus, TimePassesByClock, Work, latest_clip_work, latest_gpu_ms,
+        latest_work,
+    },
     prelude::*,
     render::{VolumeStore, VolumeTexture, VoxelMask},
 };
@@ -203,6 +206,15 @@ impl Headless {
             .unwrap_or_default()
     }
 
+    /// The words of a volume's bricks, x fastest: carvers near each brick, and the distance that rays may leap in the
+    /// highest 4 bits. Empty while there is no such volume.
+    pub fn brick_words(&self, volume: Entity) -> Vec<u32> {
+        let world = self.render_world();
+        let texture = world.resource::<VolumeStore>().brick_words(volume).cloned();
+        let bytes = texture.map(|texture| read_texture(world, &texture)).unwrap_or_default();
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+    }
+
     /// Signed distances of a volume that is swept by an isovalue, mm, x fastest. Empty for other volumes.
     pub fn signed_distances(&self, volume: Entity) -> Vec<f32> {
         let world = self.render_world();
@@ -260,6 +272,11 @@ impl Headless {
 
     /// Work of the ray cast in one frame. Zero if no ray was cast.
     pub fn count_work(&mut self, volume: Entity) -> Work {
+        self.count_all_work(volume).0
+    }
+
+    /// The same, and the work of clipping.
+    pub fn count_all_work(&mut self, volume: Entity) -> (Work, ClipWork) {
         let world = self.app.world_mut();
         world.insert_resource(CountWork(true));
         let mode = self.mode(volume);
@@ -272,10 +289,12 @@ impl Headless {
         self.set_mode(volume, ShadingMode::Solid);
         self.frames(4);
         self.set_mode(volume, mode);
+        let clipped = latest_clip_work(self.diagnostics(), self.app.world().resource::<RenderStatus>())
+            .unwrap_or_default();
         if status(self.app.world()) == before {
-            return Work::default();
+            return (Work::default(), clipped);
         }
-        latest_work(self.diagnostics()).unwrap_or_default()
+        (latest_work(self.diagnostics()).unwrap_or_default(), clipped)
     }
 
     /// Shading mode of a volume.

@@ -1,5 +1,6 @@
 //! Ambient occlusion of volumes: the methods and their settings, and the ray patterns (pure maths).
 
+mod cast_budget;
 mod custom;
 #[cfg(feature = "other_methods")]
 mod direct;
@@ -26,6 +27,7 @@ mod texels;
 
 use bevy::{ecs::component::RequiredComponentsError, prelude::*};
 
+pub use cast_budget::CastBudget;
 pub use custom::CustomMethod;
 #[cfg(feature = "other_methods")]
 pub use direct::DirectOcclusion;
@@ -60,8 +62,10 @@ impl Plugin for OcclusionPlugin {
         #[cfg(feature = "other_methods")]
         app.init_resource::<SweepDistancesAlone>();
         app.init_resource::<Optimizations>()
+            .init_resource::<CastBudget>()
             .add_observer(shortfall::warn_of_shortfall)
             .register_type::<Optimizations>()
+            .register_type::<CastBudget>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>();
     }

@@ -12,17 +12,18 @@ use bevy::{
 use super::{
     carvers::{clip_draw::MeshSource, clip_maps::ClipMaps, passes::CarverPasses, plan::CarverPlan},
     clipping::passes::ClippingPasses,
+    extract::ExtractedScene,
     gpu::{
-        compute_pass::{Groups, ListEnd},
-        frame::{Frame, TimesByClock},
+        compute_pass::{Groups, LIST_HEAD, ListEnd},
+        frame::{Frame, Submit, TimesByClock},
     },
     methods::registry::VoxelMethods,
     plan::VolumePlan,
     views::march::MarchPass,
 };
 use crate::diagnostics::{
-    ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES, SPAN_MARCH,
-    SPAN_RANGES,
+    CLIP_COUNTERS, ReportChannel, SPAN_CLIP, SPAN_COUNT, SPAN_CULL, SPAN_DEPTH, SPAN_DILATE, SPAN_DISTANCES,
+    SPAN_MARCH, SPAN_RANGES,
 };
 
 /// Encodes the passes, once per frame and before any camera, however many cameras there are.
@@ -36,13 +37,18 @@ pub(crate) fn encode_passes(
     allocator: Res<MeshAllocator>,
     queue: Res<RenderQueue>,
     timing: Res<TimesByClock>,
-    report: Res<ReportChannel>,
+    (scene, report): (Res<ExtractedScene>, Res<ReportChannel>),
     ctx: RenderContext,
 ) {
     let Some(textures) = &clip_maps.textures else {
         return;
     };
-    let mut frame = Frame::new(ctx, &queue, &timing);
+    let submit = match () {
+        () if timing.0 => Submit::AndWait,
+        () if volume_plan.takes_long => Submit::Apart,
+        () => Submit::Together,
+    };
+    let mut frame = Frame::new(ctx, &queue, submit);
 
     // Step II: depth maps of carvers whose mesh changed, once the number of layers they need is known.
     let source = MeshSource { cache: &cache, meshes: &meshes, allocator: &allocator };
@@ -91,6 +97,18 @@ pub(crate) fn encode_passes(
         }
         distances.encode(encoder, volume, &groups.distances, &carve.superbrick_list, &cache);
     });
+
+    if scene.count_work
+        && let Some(carve) = clips.iter().find_map(|job| job.carve.as_ref())
+    {
+        let lists = [&carve.superbrick_list, &carve.brick_list];
+        let counts =
+            lists.into_iter().flat_map(|list| [ListEnd::Front, ListEnd::Back].map(|end| (list, end)));
+        for (name, (list, end)) in CLIP_COUNTERS.into_iter().zip(counts) {
+            let count = 4 * u64::from(LIST_HEAD * end as u32 + LIST_HEAD - 1);
+            frame.record_word(name, &list.slice(count..count + 4));
+        }
+    }
 
     // What the views see, and which occlusion they read.
     frame.pass(SPAN_MARCH, &volume_plan.marches, |encoder, job| march.encode_views(encoder, job, &cache));

@@ -13,7 +13,7 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, FittedOcclusion, MethodKind, Optimizations, Recompute, ShownOcclusion,
+        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, Optimizations, Recompute, ShownOcclusion,
         VolumeShading,
     },
     render::gpu::frame::TimesByClock,
@@ -30,6 +30,7 @@ pub(crate) struct ExtractedScene {
     pub clip_settings: ClipSettings,
     pub clip_capacity: ClipCapacity,
     pub optimizations: Optimizations,
+    pub cast_budget: CastBudget,
     pub count_work: bool,
 }
 
@@ -126,7 +127,7 @@ pub(crate) fn extract_scene(
     poses: Extract<RelativePoses>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
-    optimizations: Extract<Res<Optimizations>>,
+    (optimizations, cast_budget): (Extract<Res<Optimizations>>, Extract<Res<CastBudget>>),
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
     device: Option<Res<RenderDevice>>,
@@ -134,6 +135,7 @@ pub(crate) fn extract_scene(
     scene.clip_settings = clip_settings.clone();
     scene.clip_capacity = **clip_capacity;
     scene.optimizations = **optimizations;
+    scene.cast_budget = **cast_budget;
     scene.count_work = count_work.0 && device.is_some_and(|device| counts_arrive(&device));
     // The counters are cleared and read in the order of the frame.
     timing.0 = time_by_clock.0 && !scene.count_work;

@@ -20,6 +20,7 @@ use super::{
         runs::{Stale, VolumeRuns},
     },
     volumes::{
+        bricks::MASK_WORDS,
         carver_uniform::{CarverTable, CarverUniform},
         contents::Contents,
         store::{VolumeGroups, VolumeResources, VolumeStore},
@@ -34,6 +35,8 @@ use crate::diagnostics::ReportChannel;
 pub(crate) struct VolumePlan {
     pub clips: Vec<ClipJob>,
     pub marches: Vec<MarchJob>,
+    /// Whether passes over everything take long, and are submitted apart.
+    pub takes_long: bool,
 }
 
 /// Writes the inputs of the shaders and plans the passes over volumes.
@@ -52,6 +55,7 @@ pub(crate) fn plan_volumes(
 ) {
     plan.clips.clear();
     plan.marches.clear();
+    plan.takes_long = false;
     runs.begin_frame();
     clip_groups.begin_frame();
     let Some(clip) = &clip_maps.textures else {
@@ -72,31 +76,25 @@ pub(crate) fn plan_volumes(
             continue;
         };
         let are_ready = pipelines.are_there_for(&volume.occlusion.method);
+        // Changes made while no view shows the volume are found by comparison when it is seen again.
+        if windows.show(volume) {
+            let carvers = carvers_of(volume, &scene, &carver_plan);
+            planning.show(volume, resources, (carvers, clip), are_ready, &mut methods, &mut plan);
+        }
         // No result is final until all carvers carve.
-        let is_final = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !carver_plan.waits;
+        let is_there = are_ready && volume.has_occlusion && !volume.awaits_pipelines && !carver_plan.waits;
+        let is_final = is_there && resources.kept.as_ref().is_none_or(|kept| kept.is_complete());
         ready.push((volume.entity.id(), is_final));
-        if !windows.show(volume) {
-            // Changes made meanwhile are found by comparison when the volume is seen again.
-            continue;
-        }
-        let carvers = carvers_of(volume, &scene, &carver_plan);
-        let looks_different = write_volume(volume, resources, &carvers, are_ready, clip, &scene, &gpu);
-        let Some(groups) = resources.keep_groups(clip, &gpu.formats, &gpu.cache, &gpu.device) else {
-            continue;
-        };
-        if are_ready {
-            let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
-            planning.plan(volume, resources, &groups, (contents, looks_different), &mut methods, &mut plan);
-        } else {
-            // It is drawn meanwhile, without occlusion.
-            let march = planning.march(volume, &groups, &Stale::Everything);
-            plan.marches.extend(march);
-        }
     }
     if let Ok(mut report) = report.0.lock() {
         report.ready = ready;
         report.layers_wanted = carver_plan.layers_wanted;
         report.cut_off.clone_from(&carver_plan.cut_off);
+        let carves = plan.clips.iter().filter_map(|job| job.carve.as_ref());
+        let tested = carves.flat_map(|carve| carve.superbricks).map(|tested| u64::from(tested.count())).sum();
+        if tested > 0 {
+            report.superbricks_tested = tested;
+        }
         report.usage = store.usage() + clip_maps.usage() + runs.usage();
     }
 }
@@ -148,6 +146,30 @@ struct Planning<'a, 'w> {
 }
 
 impl Planning<'_, '_> {
+    /// Plans the passes over a volume that a view shows.
+    fn show(
+        &mut self,
+        volume: &ExtractedVolume,
+        resources: &mut VolumeResources,
+        (carvers, clip): (Vec<(CarverUniform, u64)>, &ClipTextures),
+        are_ready: bool,
+        methods: &mut VoxelMethods,
+        plan: &mut VolumePlan,
+    ) {
+        let (scene, gpu) = (self.scene, self.gpu);
+        let looks_different = write_volume(volume, resources, &carvers, are_ready, clip, scene, gpu);
+        let Some(groups) = resources.keep_groups(clip, &gpu.formats, &gpu.cache, &gpu.device) else {
+            return;
+        };
+        if are_ready {
+            let contents = Contents::of(volume, carvers, scene.clip_settings.coverage);
+            self.plan(volume, resources, &groups, (contents, looks_different), methods, plan);
+        } else {
+            // It is drawn meanwhile, without occlusion.
+            plan.marches.extend(self.march(volume, &groups, &Stale::Everything));
+        }
+    }
+
     fn plan(
         &mut self,
         volume: &ExtractedVolume,
@@ -166,6 +188,8 @@ impl Planning<'_, '_> {
         let step = resources.clip_step(volume, contents, demand, optimizations);
         let (of, gpu) = ((volume.entity, &mut *resources), (&**device, &**queue));
         plan.clips.extend(self.clipping.bind(&step, of, groups, self.clip_groups, gpu));
+        let words = u64::from(resources.bricks.bricks) * u64::from(MASK_WORDS);
+        plan.takes_long |= step.is_all_stale && words > u64::from(self.scene.cast_budget.words_per_dispatch);
         let stale = if looks_different {
             Stale::Everything
         } else {
@@ -184,6 +208,7 @@ impl Planning<'_, '_> {
                 runs: self.runs.of_mut(volume.entity),
                 looks_different,
                 optimizations,
+                cast_budget: self.scene.cast_budget,
             };
             method.plan(&mut **kept, &frame, self.gpu);
         }

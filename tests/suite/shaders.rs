@@ -17,7 +17,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 27] = sources![
+const LIBRARIES: [(&str, &str); 28] = sources![
     "volumes/bindings.wgsl",
     "volumes/bricks.wgsl",
     "volumes/superbricks.wgsl",
@@ -25,6 +25,7 @@ const LIBRARIES: [(&str, &str); 27] = sources![
     "volumes/voxel_masks.wgsl",
     "volumes/work_list.wgsl",
     "volumes/listed.wgsl",
+    "methods/rays/cast_state.wgsl",
     "clipping/clip_test.wgsl",
     "volumes/clip_pass.wgsl",
     "clipping/changes.wgsl",
@@ -47,7 +48,7 @@ const LIBRARIES: [(&str, &str); 27] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 27] = sources![
+const ENTRIES: [(&str, &str); 28] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -61,6 +62,7 @@ const ENTRIES: [(&str, &str); 27] = sources![
     "clipping/distances.wgsl",
     "views/march.wgsl",
     "methods/rays/mark.wgsl",
+    "methods/rays/share.wgsl",
     "methods/rays/cast.wgsl",
     "methods/filtering/densities.wgsl",
     "methods/filtering/means.wgsl",

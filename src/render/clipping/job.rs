@@ -3,7 +3,7 @@
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{BindGroup, Buffer, CommandEncoder},
+        render_resource::{BindGroup, Buffer, BufferId, CommandEncoder},
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
     },
@@ -76,7 +76,7 @@ pub(crate) struct ClipGroups {
 
 /// The bind groups of all seen volumes.
 #[derive(Resource, Default)]
-pub(crate) struct KeptClipGroups(BuffersOf<MainEntity, KeptGroup<2, Option<ClipGroups>>>);
+pub(crate) struct KeptClipGroups(BuffersOf<MainEntity, KeptGroup<[BufferId; 2], Option<ClipGroups>>>);
 
 impl KeptClipGroups {
     /// Begins a frame. Frees the groups of volumes that the previous frame did not show.
@@ -104,10 +104,8 @@ impl ClippingPasses<'_> {
             // A binding cannot be empty.
             volume.changes.set(changes.iter().copied().chain([CarverUniform::default()]).collect());
             volume.changes.write_buffer(device, queue);
-            let BrickResources { superbrick_list, brick_list, word_list, .. } = &volume.bricks;
-            for list in [superbrick_list, brick_list, word_list] {
-                BrickResources::empty(list, queue);
-            }
+            BrickResources::empty(&volume.bricks.superbrick_list, queue);
+            BrickResources::empty(&volume.bricks.brick_list, queue);
         }
         let bricks = &volume.bricks;
         let buffers = [volume.changes.buffer()?, &bricks.brick_list];
@@ -123,7 +121,7 @@ impl ClippingPasses<'_> {
             volume: groups.clone(),
             bricks: bricks.bricks,
             finds_ranges: step.finds_ranges,
-            groups: kept.of(buffers, || self.bind_volume(volume, device))?,
+            groups: kept.of(buffers.map(|buffer| buffer.id()), || self.bind_volume(volume, device))?,
             carve,
         })
     }

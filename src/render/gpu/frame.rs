@@ -16,18 +16,29 @@ use crate::diagnostics::ReportChannel;
 #[derive(Resource, Default)]
 pub(crate) struct TimesByClock(pub bool);
 
+/// When the commands of a frame's passes are submitted.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Submit {
+    /// With those of all others.
+    Together,
+    /// Each pass by itself, so that none takes long for a device.
+    Apart,
+    /// The same, and the CPU waits for each.
+    AndWait,
+}
+
 /// Passes being encoded.
 pub struct Frame<'w, 's, 'a> {
     ctx: RenderContext<'w, 's>,
     queue: &'a RenderQueue,
-    times_by_clock: bool,
+    submit: Submit,
     /// Span, number of jobs and, if timed by the clock, milliseconds of each pass.
     ran: Vec<(&'static str, u64, Option<f64>)>,
 }
 
 impl<'w, 's, 'a> Frame<'w, 's, 'a> {
-    pub(crate) fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, timing: &TimesByClock) -> Self {
-        Self { ctx, queue, times_by_clock: timing.0, ran: Vec::new() }
+    pub(crate) fn new(ctx: RenderContext<'w, 's>, queue: &'a RenderQueue, submit: Submit) -> Self {
+        Self { ctx, queue, submit, ran: Vec::new() }
     }
 
     /// Frame in the schedule of a view. If passes are timed by the clock, all earlier passes run first. Their commands
@@ -38,8 +49,8 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         timing: &TimesByClock,
         before: &mut FlushCommands,
     ) -> Self {
-        let frame = Self::new(ctx, queue, timing);
-        if frame.times_by_clock {
+        let frame = Self::new(ctx, queue, if timing.0 { Submit::AndWait } else { Submit::Together });
+        if timing.0 {
             before.flush();
             wait(frame.ctx.render_device());
         }
@@ -59,29 +70,49 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
         jobs: impl IntoIterator<Item = J>,
         mut encode: impl FnMut(&mut CommandEncoder, J),
     ) {
-        let mut jobs = jobs.into_iter().peekable();
-        if jobs.peek().is_none() {
+        self.pass_in_parts(span, jobs, |_| true, &mut encode);
+    }
+
+    /// The same for a pass whose jobs have parts, which may be submitted one by one. `is_first` tells the first part of
+    /// a job.
+    pub(crate) fn pass_in_parts<P>(
+        &mut self,
+        span: &'static str,
+        parts: impl IntoIterator<Item = P>,
+        is_first: impl Fn(&P) -> bool,
+        mut encode: impl FnMut(&mut CommandEncoder, P),
+    ) {
+        let mut parts = parts.into_iter().peekable();
+        if parts.peek().is_none() {
             return;
         }
-        let mut count = 0;
-        let encode_all = |encoder: &mut CommandEncoder| {
-            for job in jobs {
-                encode(encoder, job);
-                count += 1;
-            }
-        };
-        if self.times_by_clock {
-            let ms = submit_and_wait(self.ctx.render_device(), self.queue, encode_all);
-            self.ran.push((span, count, Some(ms)));
-        } else {
+        let mut jobs = 0;
+        if self.submit == Submit::Together {
             let recorder = self.ctx.diagnostic_recorder();
             let recorder = recorder.as_deref();
             let encoder = self.ctx.command_encoder();
             let time_span = recorder.time_span(encoder, span);
-            encode_all(encoder);
+            for part in parts {
+                jobs += u64::from(is_first(&part));
+                encode(encoder, part);
+            }
             time_span.end(encoder);
-            self.ran.push((span, count, None));
+            self.ran.push((span, jobs, None));
+            return;
         }
+        let device = self.ctx.render_device();
+        let begin = Instant::now();
+        for part in parts {
+            jobs += u64::from(is_first(&part));
+            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+            encode(&mut encoder, part);
+            self.queue.submit([encoder.finish()]);
+        }
+        let waits = self.submit == Submit::AndWait;
+        if waits {
+            wait(device);
+        }
+        self.ran.push((span, jobs, waits.then(|| begin.elapsed().as_secs_f64() * 1e3)));
     }
 
     /// Sends a word of a buffer to the diagnostics.
@@ -99,20 +130,6 @@ impl<'w, 's, 'a> Frame<'w, 's, 'a> {
             report.passes.add(span, jobs, ms);
         }
     }
-}
-
-/// Runs commands at once and returns the milliseconds until they were done.
-fn submit_and_wait(
-    device: &RenderDevice,
-    queue: &RenderQueue,
-    encode: impl FnOnce(&mut CommandEncoder),
-) -> f64 {
-    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-    encode(&mut encoder);
-    let begin = Instant::now();
-    queue.submit([encoder.finish()]);
-    wait(device);
-    begin.elapsed().as_secs_f64() * 1e3
 }
 
 fn wait(device: &RenderDevice) {

@@ -1,23 +1,22 @@
-//! Bind groups that live as long as the buffers that they bind.
+//! Bind groups that live as long as the resources that they bind.
 
-use bevy::render::render_resource::{BindGroup, Buffer, BufferId};
+use bevy::render::render_resource::BindGroup;
 
-/// Bind groups, with buffers that they bind. Everything else that they bind lives as long as these buffers.
-pub(crate) struct KeptGroup<const N: usize, G = BindGroup>(Option<([BufferId; N], G)>);
+/// Bind groups, with the identities of resources that they bind. Everything else that they bind lives as long as these.
+pub(crate) struct KeptGroup<K, G = BindGroup>(Option<(K, G)>);
 
-impl<const N: usize, G> Default for KeptGroup<N, G> {
+impl<K, G> Default for KeptGroup<K, G> {
     fn default() -> Self {
         Self(None)
     }
 }
 
-impl<const N: usize, G: Clone> KeptGroup<N, G> {
-    /// The groups of some buffers, made anew if they bind others.
-    pub fn of(&mut self, buffers: [&Buffer; N], make: impl FnOnce() -> G) -> G {
-        let ids = buffers.map(|buffer| buffer.id());
+impl<K: PartialEq, G: Clone> KeptGroup<K, G> {
+    /// The groups of some resources, made anew if they bind others.
+    pub fn of(&mut self, bound: K, make: impl FnOnce() -> G) -> G {
         match &self.0 {
-            Some((bound, groups)) if *bound == ids => groups.clone(),
-            _ => self.0.insert((ids, make())).1.clone(),
+            Some((before, groups)) if *before == bound => groups.clone(),
+            _ => self.0.insert((bound, make())).1.clone(),
         }
     }
 }

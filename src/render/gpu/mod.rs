@@ -7,6 +7,7 @@ pub(super) mod device_loss;
 pub(super) mod formats;
 pub(super) mod frame;
 pub(super) mod kept_group;
+pub(super) mod readback;
 pub(super) mod render_pipelines;
 pub(super) mod textures;
 pub(super) mod uniforms;

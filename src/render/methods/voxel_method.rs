@@ -8,7 +8,7 @@ use bevy::{
 };
 
 use crate::{
-    occlusion::{AmbientOcclusion, MethodSettings, OcclusionMethod, Optimizations},
+    occlusion::{AmbientOcclusion, CastBudget, MethodSettings, OcclusionMethod, Optimizations},
     render::{
         clipping::step::{ClipStep, Demand},
         extract::ExtractedVolume,
@@ -105,6 +105,7 @@ pub struct VolumeFrame<'a> {
     /// Whether the volume is drawn differently than before, for any reason.
     pub(crate) looks_different: bool,
     pub(crate) optimizations: &'a Optimizations,
+    pub(crate) cast_budget: CastBudget,
 }
 
 impl VolumeFrame<'_> {

@@ -69,7 +69,7 @@ impl MarchPass {
     fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
         let ViewRuns { views, runs, further_runs, group, .. } = runs;
         let buffers = [views.buffer()?, runs.as_ref()?, further_runs.as_ref()?];
-        Some(group.of(buffers, || {
+        Some(group.of(buffers.map(|buffer| buffer.id()), || {
             let [views, runs, further] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
             let resources = (views, runs.as_entire_binding(), further.as_entire_binding());

@@ -3,7 +3,7 @@
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{Buffer, BufferDescriptor, BufferUsages, ShaderType},
+        render_resource::{Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType},
         renderer::RenderDevice,
         sync_world::MainEntity,
     },
@@ -68,7 +68,7 @@ pub(crate) struct ViewRuns {
     /// Entities of the views.
     entities: Vec<Entity>,
     /// Bind group for marching.
-    pub(super) group: KeptGroup<3>,
+    pub(super) group: KeptGroup<[BufferId; 3]>,
 }
 
 /// A view of a volume, `MarchedView` in WGSL (`marched_view.wgsl`).

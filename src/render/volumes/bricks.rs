@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Number of words in the mask of a brick's voxels.
-const MASK_WORDS: u32 = 2;
+pub(crate) const MASK_WORDS: u32 = 2;
 /// Number of masks of voxels (`bricks.wgsl`); `PENDING` is the mask of the voxels to be cast.
 pub(crate) const MASKS: u32 = 3;
 pub(crate) const PENDING: u32 = 1;

@@ -10,6 +10,11 @@ pub trait MethodResources: Any + Send + Sync {
     /// GPU usage of the resources.
     fn usage(&self) -> GpuUsage;
 
+    /// Whether no occlusion waits for later frames. Otherwise the volume is not ready yet.
+    fn is_complete(&self) -> bool {
+        true
+    }
+
     /// Texture that orients surfaces when views draw them, in place of the clipped opacities. It holds a distance
     /// field's gradient and the distance (`orientation.wgsl`).
     fn orientations(&self) -> Option<&TextureView> {

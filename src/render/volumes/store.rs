@@ -131,6 +131,12 @@ impl VolumeStore {
         Some((&bricks.voxel_masks, first, size))
     }
 
+    /// The words of a volume's bricks, for tests: carvers near each brick, and the distance that rays may leap.
+    #[doc(hidden)]
+    pub fn brick_words(&self, volume: Entity) -> Option<&Texture> {
+        Some(&self.0.get(&MainEntity::from(volume))?.bricks.words.texture)
+    }
+
     /// Resources that the method of a volume keeps, if they are of this type.
     pub fn kept<T: MethodResources>(&self, volume: Entity) -> Option<&T> {
         self.0.get(&MainEntity::from(volume))?.kept.as_ref()?.get()

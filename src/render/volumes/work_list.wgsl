@@ -27,10 +27,9 @@ const ROW: u32 = 32768u;
 fn append(end: u32, item: u32) {
     let room = arrayLength(&work_list.items);
     let index = atomicAdd(&work_list.heads[end].count, 1u);
-    if index >= room {
-        return;
-    }
-    work_list.items[select(index, room - 1u - index, end == BACK)] = item;
+    // A list whose first items are done goes on in their places.
+    let place = index % room;
+    work_list.items[select(place, room - 1u - place, end == BACK)] = item;
     atomicMax(&work_list.heads[end].groups_x, min(index + 1u, ROW));
     atomicMax(&work_list.heads[end].groups_y, index / ROW + 1u);
 }

@@ -1,13 +1,14 @@
-//! Step V: the spherical ray cast of the listed voxels.
+//! Step V: the spherical ray cast of the listed voxels, a slice of the list at a time.
 
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntry, Buffer,
-            BufferDescriptor, BufferUsages, CommandEncoder, IntoBindingArray, PipelineCache,
-            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureSampleType,
+            BindGroup, BindGroupEntry, BindGroupLayoutEntries, BindGroupLayoutEntry, BindingResource, Buffer,
+            BufferBinding, BufferDescriptor, BufferInitDescriptor, BufferSize, BufferUsages, CommandEncoder,
+            IntoBindingArray, PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess,
+            TextureSampleType,
             binding_types::{
                 sampler, storage_buffer, storage_buffer_read_only, storage_buffer_read_only_sized,
                 storage_buffer_sized, texture_3d, texture_storage_3d, uniform_buffer,
@@ -22,13 +23,42 @@ use crate::{
     diagnostics::COUNTERS,
     render::{
         gpu::{
-            compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor, are_ready},
+            compute_pass::{ComputePass, PassDescriptor, are_ready},
             device::Gpu,
             formats::Formats,
         },
         volumes::{layouts::bricks_layout, store::VolumeResources},
     },
 };
+
+/// Most slices of a cast. Larger volumes have larger slices.
+const MOST_SLICES: u32 = 256;
+/// Distance of two slices' numbers in their buffer, bytes: the largest alignment of a dynamic offset.
+const NUMBER_BYTES: u32 = 256;
+/// Bytes in front of the slices in `CastState` in WGSL, and bytes of a slice.
+const STATE_HEAD: u64 = 20;
+const SLICE_BYTES: u64 = 12;
+
+/// Slices of a ray cast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slices {
+    pub count: u32,
+    /// Most words of a slice.
+    pub words: u32,
+}
+
+impl Slices {
+    /// Slices of a list with so many words at most.
+    pub fn of(words: u32, most_words: u32) -> Self {
+        let words_per_slice = most_words.max(words.div_ceil(MOST_SLICES)).max(1);
+        Self { count: words.div_ceil(words_per_slice).max(1), words: words_per_slice }
+    }
+
+    /// Bytes of `CastState` in WGSL.
+    pub fn state_bytes(self) -> u64 {
+        STATE_HEAD + SLICE_BYTES * u64::from(self.count)
+    }
+}
 
 pub(crate) struct RayCastPasses {
     cast: ComputePass,
@@ -38,17 +68,20 @@ pub(crate) struct RayCastPasses {
     progressive: ComputePass,
     /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
+    /// The numbers of slices.
+    numbers: Buffer,
 }
 
 /// Ray cast of the listed voxels of one volume.
 pub(crate) struct RayCastJob {
     group: BindGroup,
-    word_list: Buffer,
+    state: Buffer,
+    pub slices: u32,
     variant: Variant,
 }
 
-#[derive(Clone, Copy)]
-enum Variant {
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Variant {
     Plain,
     Counting,
     Progressive,
@@ -73,7 +106,9 @@ impl FromWorld for RayCastPasses {
         let shader: Handle<Shader> = load_embedded_asset!(world, "cast.wgsl");
         let stages = ShaderStages::COMPUTE;
         let pass = |shader_def: Option<&'static str>, binding: Option<BindGroupLayoutEntry>| {
-            let own: Vec<_> = own.iter().copied().chain(binding).collect();
+            let state = storage_buffer_read_only_sized(false, None).build(9, stages);
+            let slice = uniform_buffer::<u32>(true).build(10, stages);
+            let own: Vec<_> = own.iter().copied().chain(binding).chain([state, slice]).collect();
             let descriptor = PassDescriptor {
                 name: "contextual_ao_ray_cast",
                 shader: shader.clone(),
@@ -85,12 +120,23 @@ impl FromWorld for RayCastPasses {
             };
             ComputePass::new(world, descriptor)
         };
+        let numbers = (0..MOST_SLICES).flat_map(|slice| {
+            let mut bytes = [0; NUMBER_BYTES as usize];
+            bytes[..4].copy_from_slice(&slice.to_le_bytes());
+            bytes
+        });
+        let numbers = BufferInitDescriptor {
+            label: Some("contextual_ao_slice_numbers"),
+            contents: &numbers.collect::<Vec<_>>(),
+            usage: BufferUsages::UNIFORM,
+        };
         let counters = storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, stages);
         let ray_sums = storage_buffer_sized(false, None).build(8, stages);
         Self {
             cast: pass(None, None),
             counting: pass(Some("COUNT_WORK"), Some(counters)),
             progressive: pass(Some("PROGRESSIVE"), Some(ray_sums)),
+            numbers: world.resource::<RenderDevice>().create_buffer_with_data(&numbers),
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
                 size: 4 * COUNTERS.len() as u64,
@@ -112,30 +158,39 @@ impl RayCastPasses {
     }
 
     /// Binds the resources of a volume.
-    pub fn bind_volume(
+    pub(super) fn bind_volume(
         &self,
         volume: &VolumeResources,
-        kept: &KeptRays,
+        kept: &mut KeptRays,
         counts: bool,
+        slices: Slices,
         gpu: &Gpu,
     ) -> Option<RayCastJob> {
-        let bricks = &volume.bricks;
-        let (opacities, sampler) = (&volume.opacities.view, &gpu.formats.grid_sampler);
-        let (pass, rays) = (kept.pass.binding()?, kept.rays.binding()?);
-        let words = bricks.word_list.as_entire_binding();
-        let masks = bricks.voxel_masks.as_entire_binding();
-        let occlusion = &volume.occlusion.view;
+        let state = kept.state.clone()?;
         let (variant, own) = match &kept.ray_sums {
-            Some(sums) => (Variant::Progressive, Some((8, sums.as_entire_binding()))),
-            None if counts => (Variant::Counting, Some((7, self.work.as_entire_binding()))),
+            Some(sums) => (Variant::Progressive, Some((8, sums))),
+            None if counts => (Variant::Counting, Some((7, &self.work))),
             None => (Variant::Plain, None),
         };
-        let shared = (opacities, sampler, pass, rays, words, masks, occlusion).into_array();
-        let shared = (0..).zip(shared).map(|(binding, resource)| BindGroupEntry { binding, resource });
-        let own = own.map(|(binding, resource)| BindGroupEntry { binding, resource });
-        let entries: Vec<_> = shared.chain(own).collect();
-        let group = self.pass(variant).bind_entries(&entries, &gpu.cache, &gpu.device);
-        Some(RayCastJob { group, word_list: bricks.word_list.clone(), variant })
+        let (pass, rays) = (kept.pass.buffer()?, kept.rays.buffer()?);
+        let buffers = [pass, rays, &state, own.map_or(&state, |(_, buffer)| buffer)];
+        let bound = (buffers.map(|buffer| buffer.id()), volume.occlusion.view.id(), variant);
+        let group = kept.cast_group.of(bound, || {
+            let (opacities, sampler) = (&volume.opacities.view, &gpu.formats.grid_sampler);
+            let [pass, rays, state, own_buffer] = buffers.map(|buffer| buffer.as_entire_binding());
+            let words = volume.bricks.word_list.as_entire_binding();
+            let masks = volume.bricks.voxel_masks.as_entire_binding();
+            let occlusion = &volume.occlusion.view;
+            let shared = (opacities, sampler, pass, rays, words, masks, occlusion).into_array();
+            let number = BufferBinding { buffer: &self.numbers, offset: 0, size: BufferSize::new(4) };
+            let own = own.map(|(binding, _)| (binding, own_buffer));
+            let last = [(9, state), (10, BindingResource::Buffer(number))];
+            let entries = (0..).zip(shared).chain(own).chain(last);
+            let entries: Vec<_> =
+                entries.map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
+            self.pass(variant).bind_entries(&entries, &gpu.cache, &gpu.device)
+        });
+        Some(RayCastJob { group, state, slices: slices.count, variant })
     }
 
     fn pass(&self, variant: Variant) -> &ComputePass {
@@ -146,15 +201,35 @@ impl RayCastPasses {
         }
     }
 
-    /// Casts the pending voxels. Their mask is clear afterwards, unless more rays follow.
+    /// Casts the pending voxels of a slice. Their mask is clear afterwards, unless more rays follow.
     pub fn encode(
         &self,
         encoder: &mut CommandEncoder,
         volume: &BindGroup,
         job: &RayCastJob,
+        slice: u32,
         cache: &PipelineCache,
     ) {
-        let listed = Groups::Listed(&job.word_list, ListEnd::Front);
-        self.pass(job.variant).encode(encoder, [volume, &job.group], listed, cache);
+        let Some(mut pass) = self.pass(job.variant).begin(encoder, cache) else {
+            return;
+        };
+        pass.set_bind_group(0, &**volume, &[]);
+        pass.set_bind_group(1, &*job.group, &[slice * NUMBER_BYTES]);
+        pass.dispatch_workgroups_indirect(&job.state, STATE_HEAD + SLICE_BYTES * u64::from(slice));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_hold_all_words_and_no_more_than_they_may() {
+        assert_eq!(Slices::of(65_536, 65_536), Slices { count: 1, words: 65_536 });
+        assert_eq!(Slices::of(65_537, 65_536), Slices { count: 2, words: 65_536 });
+        assert_eq!(Slices::of(4 << 20, 65_536), Slices { count: 64, words: 65_536 });
+        // No more slices than there are numbers for.
+        assert_eq!(Slices::of(1 << 20, 1), Slices { count: 256, words: 4096 });
+        assert_eq!(Slices::of(3, 0), Slices { count: 3, words: 1 });
     }
 }

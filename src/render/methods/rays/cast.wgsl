@@ -1,6 +1,7 @@
 // Step V of the CAO paper (sections 3.4 and 3.5): the ambient factor of voxels, cast along a
-// spherical pattern of rays (equations 2 and 3). A workgroup takes the pending voxels of one mask word
-// and deals out their rays to its invocations. Neighbouring invocations cast in the same direction.
+// spherical pattern of rays (equations 2 and 3). A workgroup takes the pending voxels of some mask words.
+// Its invocations cast the same ray of a voxel each. Where there are more invocations than voxels, several
+// share the rays of a voxel.
 //
 // The result has the same bits for any number of voxels and any optimizations. Factors and
 // transmittances are added up in whole numbers, so that order does not matter and n equal samples
@@ -9,26 +10,11 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
-    bricks::{PENDING, inverse_step, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
-    listed::{NOTHING, listed_item},
+    bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
+    cast_state::{CastState, RayPass},
+    listed::list,
     volume_bindings::{volume, voxel_index},
-    work_list::FRONT,
-}
-
-// Rays that a frame casts.
-struct RayPass {
-    // First and end ray, and number of samples of each.
-    first_ray: u32,
-    end_ray: u32,
-    steps: u32,
-    // 1: rays end when nothing more can change them. 1: rays leap over empty bricks.
-    ends_early: u32,
-    leaps: u32,
-    // Progressive rays: share of the earlier sums that counts, and the total weight of the new sums.
-    kept: f32,
-    found_weight: f32,
-    // 1: other rays of the same voxels follow in the next frame.
-    goes_on: u32,
+    work_list::ROW,
 }
 
 // Opacities after clipping, V_o.
@@ -36,8 +22,8 @@ struct RayPass {
 // Its border is transparent where the device has such samplers, else it clamps to the edge.
 @group(1) @binding(1) var grid_sampler: sampler;
 @group(1) @binding(2) var<uniform> ray_pass: RayPass;
-// Two entries a ray, in texture coordinates: the offset of the first sample with the ray's weight, then
-// the step between samples.
+// Three entries a ray: the offset of the first sample with the ray's weight, and the step between samples,
+// both in texture coordinates; then steps per voxel along each axis.
 @group(1) @binding(3) var<storage, read> rays: array<vec4<f32>>;
 @group(1) @binding(5) var<storage, read_write> voxel_masks: array<u32>;
 #ifdef STORE_R8
@@ -45,6 +31,8 @@ struct RayPass {
 #else
 @group(1) @binding(6) var occlusion: texture_storage_3d<rgba8unorm, write>;
 #endif
+@group(1) @binding(9) var<storage, read> cast_state: CastState;
+@group(1) @binding(10) var<uniform> slice: u32;
 #ifdef PROGRESSIVE
 // Sum of every voxel's ray factors so far, each times its weight.
 @group(1) @binding(8) var<storage, read_write> ray_sums: array<f32>;
@@ -56,7 +44,7 @@ struct RayPass {
 var<workgroup> samples_taken: atomic<u32>;
 var<workgroup> distances_read: atomic<u32>;
 
-fn count(counter: u32, amount: u32) {
+fn count_work(counter: u32, amount: u32) {
     let before = atomicAdd(&work[2u * counter], amount);
     if before + amount < before {
         atomicAdd(&work[2u * counter + 1u], 1u);
@@ -64,17 +52,22 @@ fn count(counter: u32, amount: u32) {
 }
 #endif
 
-// Invocations of a workgroup.
+// Invocations of a workgroup, most words that it takes, and their voxels.
 const WIDTH: u32 = 64u;
+const MOST_WORDS: u32 = 8u;
+const MOST_VOXELS: u32 = 32u * MOST_WORDS;
 // Half a quantum of the stored byte.
 const OPAQUE: f32 = 1.0 / 512.0;
 // Units in which transmittances and ray factors are added up.
 const TRANSMITTANCE_UNIT: f32 = 1.0 / 65536.0;
 const FACTOR_UNIT: f32 = 1.0 / 268435456.0;
 
-// Voxels to be cast, as numbers of bits in the mask word, and the sums of their ray factors.
-var<workgroup> voxels: array<u32, 32>;
-var<workgroup> sums: array<atomic<u32>, 32>;
+// The words, and the masks of their voxels to be cast.
+var<workgroup> words: array<u32, MOST_WORDS>;
+var<workgroup> masks: array<u32, MOST_WORDS>;
+// Voxels to be cast, as numbers of a word and of a bit, 5 bits, and the sums of their ray factors.
+var<workgroup> voxels: array<u32, MOST_VOXELS>;
+var<workgroup> sums: array<atomic<u32>, MOST_VOXELS>;
 
 // Opacity at a point: trilinear, and transparent outside the grid.
 fn opacity_at(p: vec3<f32>) -> f32 {
@@ -98,9 +91,8 @@ fn samples_in_grid(start: vec3<f32>, inverse: vec3<f32>) -> u32 {
 }
 
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
-fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
+fn cast_ray(start: vec3<f32>, step: vec3<f32>, inverse: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
-    let inverse = inverse_step(step * dimensions);
     let steps = ray_pass.steps;
     var end = steps;
     if ray_pass.ends_early != 0u {
@@ -149,45 +141,62 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>) -> f32 {
     return f32(sum) * TRANSMITTANCE_UNIT / f32(steps + 1u);
 }
 
+fn voxel_of(number: u32) -> vec3<u32> {
+    return voxel_of_word(words[number >> 5u]) + voxel_of_bit(number & 31u);
+}
+
 @compute @workgroup_size(WIDTH)
 fn ray_cast(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let word = listed_item(FRONT, group);
-    if word == NOTHING {
-        return;
-    }
-    let pending = voxel_masks[mask_at(PENDING, word)];
-    let count_of_voxels = countOneBits(pending);
-    if lane < 32u && extractBits(pending, lane, 1u) != 0u {
-        voxels[countOneBits(extractBits(pending, 0u, lane))] = lane;
-    }
-    workgroupBarrier();
-    if lane == 0u && ray_pass.goes_on == 0u {
-        voxel_masks[mask_at(PENDING, word)] = 0u;
-    }
-    // An invocation keeps to one voxel and shares its rays with `team` - 1 others.
-    let first = voxel_of_word(word);
-    let team = WIDTH / max(count_of_voxels, 1u);
-    if lane < team * count_of_voxels {
-        let place = lane % count_of_voxels;
-        let voxel = first + voxel_of_bit(voxels[place]);
-        let middle = vec3<f32>(voxel) + 0.5 * f32(volume.occlusion_stride);
-        let center = middle / vec3<f32>(volume.dimensions);
-        var sum = 0u;
-        let first_ray = ray_pass.first_ray + lane / count_of_voxels;
-        for (var ray = first_ray; ray < ray_pass.end_ray; ray += team) {
-            let start = rays[2u * ray];
-            let factor = start.w * cast_ray(center + start.xyz, rays[2u * ray + 1u].xyz);
-            sum += u32(factor / FACTOR_UNIT + 0.5);
+    let words_per_group = cast_state.words_per_group;
+    let in_slice = (group.y * ROW + group.x) * words_per_group + lane;
+    let place = cast_state.first + slice * ray_pass.words_per_slice + in_slice;
+    if lane < words_per_group && in_slice < ray_pass.words_per_slice && place < cast_state.end {
+        let word = list.items[place % arrayLength(&list.items)];
+        let pending = mask_at(PENDING, word);
+        words[lane] = word;
+        masks[lane] = voxel_masks[pending];
+        if ray_pass.goes_on == 0u {
+            voxel_masks[pending] = 0u;
         }
-        atomicAdd(&sums[place], sum);
     }
     workgroupBarrier();
-    if lane < count_of_voxels {
-        let voxel = first + voxel_of_bit(voxels[lane]);
-        var ambient = f32(atomicLoad(&sums[lane])) * FACTOR_UNIT;
+    // Lists the voxels of all words one behind the other.
+    var before = 0u;
+    for (var k = 0u; k < words_per_group; k += 1u) {
+        let mask = masks[k];
+        let bit = lane & 31u;
+        if lane >> 5u == (k & 1u) && extractBits(mask, bit, 1u) != 0u {
+            voxels[before + countOneBits(extractBits(mask, 0u, bit))] = (k << 5u) | bit;
+        }
+        before += countOneBits(mask);
+    }
+    let count = before;
+    workgroupBarrier();
+    for (var first = 0u; first < count; first += WIDTH) {
+        let at_once = min(count - first, WIDTH);
+        // An invocation keeps to one voxel and shares its rays with `team` - 1 others.
+        let team = WIDTH / at_once;
+        if lane < team * at_once {
+            let place = first + lane % at_once;
+            let middle = vec3<f32>(voxel_of(voxels[place])) + 0.5 * f32(volume.occlusion_stride);
+            let center = middle / vec3<f32>(volume.dimensions);
+            var sum = 0u;
+            let first_ray = ray_pass.first_ray + lane / at_once;
+            for (var ray = first_ray; ray < ray_pass.end_ray; ray += team) {
+                let start = rays[3u * ray];
+                let factor = start.w * cast_ray(center + start.xyz, rays[3u * ray + 1u].xyz, rays[3u * ray + 2u].xyz);
+                sum += u32(factor / FACTOR_UNIT + 0.5);
+            }
+            atomicAdd(&sums[place], sum);
+        }
+    }
+    workgroupBarrier();
+    for (var place = lane; place < count; place += WIDTH) {
+        let voxel = voxel_of(voxels[place]);
+        var ambient = f32(atomicLoad(&sums[place])) * FACTOR_UNIT;
 #ifdef PROGRESSIVE
         let index = voxel_index(voxel);
         ambient += ray_pass.kept * ray_sums[index];
@@ -198,9 +207,9 @@ fn ray_cast(
     }
 #ifdef COUNT_WORK
     if lane == 0u {
-        count(0u, count_of_voxels);
-        count(1u, atomicLoad(&samples_taken));
-        count(2u, atomicLoad(&distances_read));
+        count_work(0u, count);
+        count_work(1u, atomicLoad(&samples_taken));
+        count_work(2u, atomicLoad(&distances_read));
     }
 #endif
 }

@@ -5,9 +5,11 @@ use core::ops::Range;
 
 use super::{
     Rays,
-    cast::RayCastJob,
+    cast::{RayCastJob, Slices},
     kept::{KeptRays, RayPassUniform, RayProgress},
     mark::MarkJob,
+    share::ShareJob,
+    table::ENTRIES,
 };
 use crate::{
     occlusion::{Optimizations, ProgressiveRays},
@@ -17,7 +19,10 @@ use crate::{
         gpu::{device::Gpu, uniforms::write_if_changed},
         methods::voxel_method::{KeptVolume, VolumeFrame},
         views::runs::Stale,
-        volumes::{bricks::BrickResources, clip_pass::Queue},
+        volumes::{
+            bricks::{BrickResources, MASK_WORDS},
+            clip_pass::Queue,
+        },
         windows::{VolumeWindow, WindowUniform},
     },
 };
@@ -27,6 +32,7 @@ pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
     /// Pass over the views that fills the list of voxels.
     pub(super) mark: Option<MarkJob>,
+    pub(super) share: ShareJob,
     pub(super) cast: RayCastJob,
 }
 
@@ -58,6 +64,7 @@ impl Rays {
     /// Decides which rays are cast, and records them as cast: a planned cast always runs.
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
         let VolumeFrame { of: KeptVolume { volume, resources }, step, windows, optimizations, .. } = *frame;
+        kept.waiting.receive(gpu);
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
         let unmarked = unmarked(views, &kept.marked, frame);
@@ -65,19 +72,32 @@ impl Rays {
         kept.marked = views.iter().map(|view| view.uniform).collect();
 
         let rays = kept.rays.get();
-        let all_rays = rays.len() as u32 / 2;
+        let all_rays = (rays.len() / ENTRIES) as u32;
         let progressive = progressive(volume);
         let (cast, kept_share) = match progressive {
             Some(settings) => rays_of_frame(settings, kept.progress, step.is_all_stale, all_rays),
             None => (0..all_rays, 0.0),
         };
-        let cast_weight: f32 = cast.clone().map(|ray| rays[2 * ray as usize].w).sum();
+        let cast_weight: f32 = cast.clone().map(|ray| rays[ENTRIES * ray as usize].w).sum();
         let found_weight = kept.progress.weight * kept_share + cast_weight;
         kept.progress = RayProgress { rays: cast.end, weight: found_weight };
         let continues = progressive.is_some() && step.queue != Queue::None && !cast.is_empty();
         let lists_stale = step.has_changes() && step.queue != Queue::None;
-        if !marks_any && !lists_stale && !continues {
+        // Only words that views ask for may wait.
+        let budget = frame.cast_budget.words_per_frame.filter(|_| step.queue == Queue::None);
+        let begins_anew = step.has_changes() && step.is_all_stale;
+        if begins_anew {
+            BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
+            kept.waiting.any = false;
+        }
+        if !marks_any && !lists_stale && !continues && !kept.waiting.any {
             return None;
+        }
+        let slices = Slices::of(resources.bricks.bricks * MASK_WORDS, frame.cast_budget.words_per_dispatch);
+        kept.keep_state(slices, &gpu.device);
+        let reads_back = kept.waiting.begin_cast(marks_any || lists_stale, budget.is_none(), gpu);
+        if let Some(state) = kept.state.as_ref().filter(|_| begins_anew) {
+            gpu.queue.write_buffer(state, 0, &[0; 4]);
         }
 
         let pass = RayPassUniform {
@@ -89,16 +109,16 @@ impl Rays {
             kept: kept_share,
             found_weight,
             goes_on: (continues && cast.end < all_rays).into(),
+            words_per_slice: slices.words,
+            words_per_frame: budget.unwrap_or(u32::MAX).max(1),
+            slices: slices.count,
         };
         write_if_changed(&mut kept.pass, pass, &gpu.device, &gpu.queue);
-        // Progressive rays keep the same list in later frames.
-        if kept.ray_sums.is_none() {
-            BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
-        }
         Some(RaysJob {
             volume: frame.group().clone(),
             mark: marks_any.then(|| self.mark.bind_views(&unmarked, kept, frame, gpu)).flatten(),
-            cast: self.cast.bind_volume(resources, kept, self.counts_work, gpu)?,
+            share: self.share.bind_volume(&resources.bricks, kept, reads_back, gpu)?,
+            cast: self.cast.bind_volume(resources, kept, self.counts_work, slices, gpu)?,
         })
     }
 }

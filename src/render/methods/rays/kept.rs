@@ -2,17 +2,24 @@
 
 use bevy::{
     prelude::*,
-    render::render_resource::{
-        Buffer, BufferDescriptor, BufferUsages, ShaderType, StorageBuffer, UniformBuffer,
+    render::{
+        render_resource::{
+            Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, TextureViewId,
+            UniformBuffer,
+        },
+        renderer::RenderDevice,
     },
 };
 
-use super::table::ray_table;
+use super::{
+    cast::{Slices, Variant},
+    table::ray_table,
+};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, ProgressiveRays},
     render::{
-        gpu::{device::Gpu, kept_group::KeptGroup, textures::usage_of_buffers},
+        gpu::{device::Gpu, kept_group::KeptGroup, readback::WordReadback, textures::usage_of_buffers},
         methods::voxel_method::KeptVolume,
         views::dispatch::ViewArray,
         volumes::kept::MethodResources,
@@ -31,6 +38,9 @@ pub(crate) struct RayPassUniform {
     pub kept: f32,
     pub found_weight: f32,
     pub goes_on: u32,
+    pub words_per_slice: u32,
+    pub words_per_frame: u32,
+    pub slices: u32,
 }
 
 /// Progress of rays that are cast over several frames.
@@ -51,7 +61,42 @@ pub(crate) struct Part {
 #[derive(Default)]
 pub(super) struct MarkParts {
     pub parts: ViewArray<Part>,
-    pub group: KeptGroup<3>,
+    pub group: KeptGroup<[BufferId; 3]>,
+    /// Bind group of the list of voxels.
+    pub words: KeptGroup<BufferId>,
+}
+
+/// Words whose rays wait for later frames.
+#[derive(Default)]
+pub(super) struct WaitingWords {
+    /// Number of casts so far, and number of the last one before which words were listed.
+    casts: u64,
+    listed_before: u64,
+    /// Whether any word may wait.
+    pub any: bool,
+    left: WordReadback,
+}
+
+impl WaitingWords {
+    /// Takes over the number of words that waited some frames ago.
+    pub fn receive(&mut self, gpu: &Gpu) {
+        if let Some((cast, left)) = self.left.receive(&gpu.device)
+            && left == 0
+            && cast >= self.listed_before
+        {
+            self.any = false;
+        }
+    }
+
+    /// Begins a cast, of all words or of some. Returns a buffer into which the number of the others is to be copied.
+    pub fn begin_cast(&mut self, lists_words: bool, casts_all: bool, gpu: &Gpu) -> Option<Buffer> {
+        self.casts += 1;
+        if lists_words {
+            self.listed_before = self.casts;
+        }
+        self.any = !casts_all && (self.any || lists_words);
+        if self.any { self.left.begin(self.casts, &gpu.device) } else { None }
+    }
 }
 
 /// Resources kept for a volume.
@@ -66,6 +111,11 @@ pub(crate) struct KeptRays {
     /// Number of rays cast since the last change, and total weight of the sums.
     pub(super) progress: RayProgress,
     pub(super) parts: MarkParts,
+    /// `CastState` in WGSL.
+    pub state: Option<Buffer>,
+    pub(super) waiting: WaitingWords,
+    pub(super) share_group: KeptGroup<[BufferId; 3]>,
+    pub(super) cast_group: KeptGroup<([BufferId; 4], TextureViewId, Variant)>,
     /// Views that read only valid occlusion.
     pub marked: Vec<WindowUniform>,
 }
@@ -74,9 +124,28 @@ impl MethodResources for KeptRays {
     fn usage(&self) -> GpuUsage {
         usage_of_buffers(&self.ray_sums)
     }
+
+    fn is_complete(&self) -> bool {
+        !self.waiting.any
+    }
 }
 
 impl KeptRays {
+    /// Makes the state of a cast in slices, if it is missing or is for fewer slices.
+    pub(super) fn keep_state(&mut self, slices: Slices, device: &RenderDevice) {
+        if self.state.as_ref().is_none_or(|state| state.size() < slices.state_bytes()) {
+            self.state = Some(device.create_buffer(&BufferDescriptor {
+                label: Some("contextual_ao_cast_state"),
+                size: slices.state_bytes(),
+                usage: BufferUsages::STORAGE
+                    | BufferUsages::INDIRECT
+                    | BufferUsages::COPY_SRC
+                    | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }));
+        }
+    }
+
     /// Uploads the rays if they changed, and keeps sums only for progressive rays.
     pub fn update(mut self, volume: &KeptVolume, gpu: &Gpu) -> Self {
         let is_progressive = volume.settings::<ProgressiveRays>().is_some();

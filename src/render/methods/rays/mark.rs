@@ -70,11 +70,11 @@ impl MarkPass {
         let parts: Vec<_> = parts.map(|WindowUniform { first, end, .. }| Part { first, end }).collect();
         let largest = parts.iter().map(|part| part.end - part.first).reduce(UVec2::max)?;
         let count = parts.len() as u32;
-        let MarkParts { parts: written, group } = &mut kept.parts;
+        let MarkParts { parts: written, group, words } = &mut kept.parts;
         written.write(parts, gpu);
         let [views, runs] = frame.runs.buffers()?;
         let buffers = [views, written.buffer()?, runs];
-        let views = group.of(buffers, || {
+        let views = group.of(buffers.map(|buffer| buffer.id()), || {
             let [views, parts, runs] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
             let parts = ViewArray::<Part>::binding(parts, VIEWS_AT_ONCE);
@@ -85,7 +85,8 @@ impl MarkPass {
         let bricks = &frame.resources.bricks;
         Some(MarkJob {
             views,
-            words: work_group(bricks, &bricks.word_list, &gpu.cache, &gpu.device),
+            words: words
+                .of(bricks.word_list.id(), || work_group(bricks, &bricks.word_list, &gpu.cache, &gpu.device)),
             parts: ViewParts { largest, count },
         })
     }

@@ -1,15 +1,18 @@
 //! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where the occlusion is stale and
 //! seen. Rays are cast all at once, or a few in every frame.
 //!
-//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `cast`.
+//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `share` (among dispatches) → `cast`.
 
 pub(in crate::render) mod cast;
 mod frame;
 pub(in crate::render) mod kept;
 mod mark;
+mod share;
 mod table;
 
-use bevy::{asset::embedded_asset, prelude::*, render::render_resource::PipelineCache};
+use bevy::{
+    asset::embedded_asset, prelude::*, render::render_resource::PipelineCache, shader::load_shader_library,
+};
 
 use super::{
     registry::VoxelMethodPlugin,
@@ -28,6 +31,7 @@ use cast::RayCastPasses;
 use frame::RaysJob;
 use kept::KeptRays;
 use mark::MarkPass;
+use share::SharePass;
 
 /// Adds the method.
 pub(super) struct RaysPlugin;
@@ -35,6 +39,8 @@ pub(super) struct RaysPlugin;
 impl Plugin for RaysPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "mark.wgsl");
+        load_shader_library!(app, "cast_state.wgsl");
+        embedded_asset!(app, "share.wgsl");
         embedded_asset!(app, "cast.wgsl");
         app.add_plugins(VoxelMethodPlugin::<Rays>::default());
     }
@@ -43,14 +49,19 @@ impl Plugin for RaysPlugin {
 /// The passes of the method.
 pub(super) struct Rays {
     mark: MarkPass,
+    share: SharePass,
     cast: RayCastPasses,
     counts_work: bool,
 }
 
 impl FromWorld for Rays {
     fn from_world(world: &mut World) -> Self {
-        let (mark, cast) = (MarkPass::from_world(world), RayCastPasses::from_world(world));
-        Self { mark, cast, counts_work: false }
+        Self {
+            mark: MarkPass::from_world(world),
+            share: SharePass::from_world(world),
+            cast: RayCastPasses::from_world(world),
+            counts_work: false,
+        }
     }
 }
 
@@ -65,6 +76,7 @@ impl VoxelMethod for Rays {
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool {
         let is_progressive = method.get::<ProgressiveRays>().is_some();
         self.mark.is_ready(cache)
+            & self.share.is_ready(cache)
             & self.cast.is_ready(self.counts_work, cache)
             & (!is_progressive || self.cast.progressive_is_ready(cache))
     }
@@ -93,9 +105,18 @@ impl VoxelMethod for Rays {
         frame.pass(OcclusionRays::SPAN_MARK, marks, |encoder, (job, mark)| {
             self.mark.encode_views(encoder, &job.volume, mark, cache);
         });
-        frame.pass(OcclusionRays::SPAN_CAST, jobs, |encoder, job| {
-            self.cast.encode(encoder, &job.volume, &job.cast, cache);
-        });
+        let slices = jobs.iter().flat_map(|job| (0..job.cast.slices).map(move |slice| (job, slice)));
+        frame.pass_in_parts(
+            OcclusionRays::SPAN_CAST,
+            slices,
+            |(_, slice)| *slice == 0,
+            |encoder, (job, slice)| {
+                if slice == 0 {
+                    self.share.encode_job(encoder, &job.share, cache);
+                }
+                self.cast.encode(encoder, &job.volume, &job.cast, slice, cache);
+            },
+        );
         if self.counts_work {
             for (name, offset) in COUNTERS.into_iter().zip((0..).step_by(4)) {
                 frame.record_word(name, &self.cast.work.slice(offset..offset + 4));

@@ -1,0 +1,75 @@
+//! Pass that shares the listed words out to the slices of a ray cast, and reads back how many wait.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutEntries, Buffer, CommandEncoder, PipelineCache, ShaderStages,
+        binding_types::{storage_buffer_sized, uniform_buffer},
+    },
+};
+
+use super::kept::{KeptRays, RayPassUniform};
+use crate::render::{
+    gpu::{
+        compute_pass::{ComputePass, Groups, PassDescriptor},
+        device::Gpu,
+    },
+    volumes::bricks::BrickResources,
+};
+
+/// Place of the number of words that wait, in `CastState` in WGSL, bytes.
+const LEFT: u64 = 16;
+
+/// A pass of one invocation.
+#[derive(Deref)]
+pub(super) struct SharePass(ComputePass);
+
+/// The words of one volume.
+pub(super) struct ShareJob {
+    group: BindGroup,
+    /// The state, and a buffer into which the number of words that wait is copied.
+    left: Option<(Buffer, Buffer)>,
+}
+
+impl FromWorld for SharePass {
+    fn from_world(world: &mut World) -> Self {
+        let written = storage_buffer_sized(false, None);
+        let settings = uniform_buffer::<RayPassUniform>(false);
+        let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (settings, written, written));
+        let descriptor = PassDescriptor {
+            name: "contextual_ao_share",
+            shader: load_embedded_asset!(world, "share.wgsl"),
+            own: &own,
+            ..default()
+        };
+        Self(ComputePass::new(world, descriptor))
+    }
+}
+
+impl SharePass {
+    /// Binds the words of a volume. `reads_back`: buffer for the number of words that wait.
+    pub fn bind_volume(
+        &self,
+        bricks: &BrickResources,
+        kept: &mut KeptRays,
+        reads_back: Option<Buffer>,
+        gpu: &Gpu,
+    ) -> Option<ShareJob> {
+        let (settings, state) = (kept.pass.buffer()?, kept.state.as_ref()?);
+        let bound = [settings.id(), state.id(), bricks.word_list.id()];
+        let group = kept.share_group.of(bound, || {
+            let buffers = [settings, &bricks.word_list, state];
+            let [settings, words, state] = buffers.map(|buffer| buffer.as_entire_binding());
+            self.bind((settings, words, state), &gpu.cache, &gpu.device)
+        });
+        Some(ShareJob { group, left: reads_back.map(|staging| (state.clone(), staging)) })
+    }
+
+    pub fn encode_job(&self, encoder: &mut CommandEncoder, job: &ShareJob, cache: &PipelineCache) {
+        self.encode(encoder, [&job.group], Groups::Square(1), cache);
+        if let Some((state, staging)) = &job.left {
+            encoder.copy_buffer_to_buffer(state, LEFT, staging, 0, 4);
+        }
+    }
+}
