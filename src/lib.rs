@@ -64,8 +64,9 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, OcclusionFailed, OcclusionMethod, OcclusionRays, OcclusionResolution,
-            ProgressiveRays, RayPattern, Recompute, Sky, VolumeLighting, VolumeShading,
+            AmbientOcclusion, MotionQuality, OcclusionFailed, OcclusionMethod, OcclusionRays,
+            OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute, Sky, VolumeLighting,
+            VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

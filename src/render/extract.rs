@@ -13,8 +13,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, FittedOcclusion, MethodKind, Optimizations, Recompute, ShownOcclusion,
-        VolumeShading,
+        AmbientOcclusion, FittedOcclusion, MethodKind, MotionSampling, Optimizations, Recompute,
+        ShownOcclusion, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -117,7 +117,7 @@ pub(crate) fn extract_scene(
             Entity,
             &LookupTable,
             (&FittedOcclusion, &ShownOcclusion),
-            &VolumeShading,
+            (&VolumeShading, Option<&MotionSampling>),
             &GlobalTransform,
             Option<&VolumeBox>,
         )>,
@@ -159,6 +159,8 @@ pub(crate) fn extract_scene(
     extracted.clear();
     extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
         let occlusion = &shown.0;
+        let (shading, in_motion) = shading;
+        let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
         let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
         ExtractedVolume {
             entity: entity.into(),
@@ -168,7 +170,7 @@ pub(crate) fn extract_scene(
             occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
             has_occlusion: occlusion.has_occlusion(),
             awaits_pipelines: wanted != occlusion,
-            shading: VolumeShading { ambient_occlusion: uses_occlusion, ..shading.clone() },
+            shading: VolumeShading { ambient_occlusion: uses_occlusion, step_voxels, ..shading.clone() },
             recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
             world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
             carvers: carvers_of(entity, carvers, &poses),
