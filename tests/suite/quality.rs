@@ -226,21 +226,19 @@ fn motion_is_what_changes_the_view() {
             scene.world().entity_mut(camera).insert(Projection::Perspective(lens));
         }),
     ];
+    let mut scene = scene();
+    let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
+    let targets = ClipTargets::Only(vec![carver]);
+    let other = scene.carve(Sphere::new(6.0), ClipMesh { targets, ..default() }, Transform::IDENTITY);
+    let (camera, volume) = (scene.camera(), scene.volume);
+    let rig = scene.world().spawn((Rig, Transform::IDENTITY, Visibility::default())).id();
+    scene.world().entity_mut(rig).add_children(&[carver, camera, volume]);
+    // A camera that does not see the volume moves all the time.
+    let blind = scene.world().spawn((Camera3d::default(), RenderLayers::layer(7))).id();
+    scene.settle();
     for (name, is_motion, change) in changes {
-        let mut scene = scene();
-        let carver = scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 4.0));
-        let targets = ClipTargets::Only(vec![carver]);
-        let other = scene.carve(Sphere::new(6.0), ClipMesh { targets, ..default() }, Transform::IDENTITY);
-        let camera = scene.camera();
-        let volume = scene.volume;
-        let rig = scene.world().spawn((Rig, Transform::IDENTITY, Visibility::default())).id();
-        scene.world().entity_mut(rig).add_children(&[carver, camera, volume]);
-        // A camera that does not see the volume moves all the time.
-        let blind = scene.world().spawn((Camera3d::default(), RenderLayers::layer(7))).id();
-        scene.settle();
         adapt(&mut scene, UNREACHABLE);
-        let settled = LONG + 4;
-        for frame in 0..settled {
+        for frame in 0..LONG {
             turn(&mut scene, blind, 1.0);
             change(&mut scene, [carver, camera, other], (frame % 7) as f32);
             scene.headless.frame();
