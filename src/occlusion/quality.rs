@@ -29,8 +29,8 @@ pub enum Quality {
     /// Smooth gradients and thin structures. Occlusion casts 2.7 times the rays of `Medium`, drawing takes twice the
     /// samples.
     High,
-    /// For still pictures in print, and for comparison: the paper's ground truth of 512 rays. A change takes more than
-    /// ten times as long as by `Medium`.
+    /// For still pictures in print, and for comparison: the paper's ground truth of 512 rays. A change takes four to ten
+    /// times as long as by `Medium`.
     Reference,
 }
 

@@ -54,7 +54,7 @@ impl StepControl {
         }
         let [shortest, longest] = self.bounds;
         if frame_ms > target_ms && self.step_voxels < longest {
-            let factor = (frame_ms / target_ms.max(0.0)).clamp(SMALL_CHANGE, LARGEST_CHANGE);
+            let factor = (frame_ms / target_ms).clamp(SMALL_CHANGE, LARGEST_CHANGE);
             Self {
                 step_voxels: (self.step_voxels * factor).min(longest),
                 frames: 0,
@@ -126,10 +126,10 @@ mod tests {
         for frame_ms in [f32::NAN, 0.0, -1.0] {
             assert_eq!(changes(&run(0.5, 100, |_| frame_ms)), 0, "{frame_ms}");
         }
-        let control = StepControl { step_voxels: 0.5, ..StepControl::default() }.within(BOUNDS[0], BOUNDS[1]);
+        let control = StepControl { step_voxels: 0.6, ..StepControl::default() }.within(BOUNDS[0], BOUNDS[1]);
         let after =
             |target_ms| (0..100).fold(control, |control, _| control.after(5.0, target_ms)).step_voxels;
-        assert_eq!(after(f32::NAN), 0.5);
+        assert_eq!(after(f32::NAN), 0.6);
         assert_eq!([after(0.0), after(-1.0), after(f32::NEG_INFINITY)], [BOUNDS[1]; 3]);
         assert_eq!(after(f32::INFINITY), BOUNDS[0]);
     }
