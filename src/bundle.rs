@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use crate::{
-    occlusion::{AmbientOcclusion, VolumeShading},
+    occlusion::{AmbientOcclusion, Quality, VolumeShading},
     volume::{TransferFunction, Volume, Volume3d, VolumeTransferFunction},
 };
 
@@ -47,6 +47,12 @@ impl VolumeBundle {
     /// Places the volume.
     pub fn with_transform(mut self, transform: Transform) -> Self {
         self.transform = transform;
+        self
+    }
+
+    /// Sets the rays, their resolution and the view samples to a preset.
+    pub fn with_quality(mut self, quality: Quality) -> Self {
+        quality.apply(&mut self.shading, &mut self.occlusion);
         self
     }
 }

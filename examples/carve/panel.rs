@@ -11,7 +11,7 @@ use bevy_contextual_ao::{
 };
 use bevy_egui::{
     EguiContexts, EguiInput, EguiPreUpdateSet, EguiPrimaryContextPass,
-    egui::{self, Grid, RichText, Slider, Ui, scroll_area::ScrollSource},
+    egui::{self, ComboBox, Grid, RichText, Slider, Ui, scroll_area::ScrollSource},
     input::egui_wants_any_keyboard_input,
 };
 use bevy_panorbit_camera::PanOrbitCamera;
@@ -193,10 +193,24 @@ fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>, occlusion: &mut Mu
         }
     });
     mode.apply(&mut new, &mut new_occlusion);
+    choose_quality(ui, &mut new, &mut new_occlusion);
     occlusion.set_if_neq(new_occlusion);
     ui.add(Slider::new(&mut new.step_voxels, STEP_VOXELS).text("drawing step, voxels"));
     ui.checkbox(&mut new.jitter, "jitter the drawing steps");
     shading.set_if_neq(new);
+}
+
+/// Shows a menu of quality presets.
+fn choose_quality(ui: &mut Ui, shading: &mut VolumeShading, occlusion: &mut AmbientOcclusion) {
+    let current = Quality::of(shading, occlusion);
+    let name = current.map_or("own settings", Quality::name);
+    ComboBox::from_label("quality").selected_text(name).show_ui(ui, |ui| {
+        for quality in Quality::ALL {
+            if ui.selectable_label(current == Some(quality), quality.name()).clicked() {
+                quality.apply(shading, occlusion);
+            }
+        }
+    });
 }
 
 fn edit_function(

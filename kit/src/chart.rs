@@ -18,7 +18,8 @@ pub struct Row {
     pub family: String,
     /// Short name of the setting, with the name of the method.
     pub label: String,
-    /// Light for which the true occlusion was computed. Rows of different light are not compared.
+    /// Light for which the true occlusion was computed, and the view samples of the true image if they are not the
+    /// scene's. Rows that differ here are not compared.
     pub light: String,
     /// Number of times each kind of frame was timed.
     pub frames: u32,

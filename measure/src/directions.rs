@@ -55,9 +55,10 @@ pub fn run(options: &Options) -> Result<(), String> {
 }
 
 /// Number of true rays: 4096, or as many as Mesa's software driver casts. The driver ends a shader's loops after
-/// 65,535 rounds in all, without a message. An invocation casts half of all rays where 64 share 32 voxels.
+/// 65,535 rounds in all, without a message. An invocation casts half of all rays where 64 share 32 voxels. A ray takes a
+/// round for each sample, and at most another one to look for a leap.
 pub fn max_rays(stage: &Stage) -> u32 {
-    if stage.headless.is_software() { (2 * 65_535 / (stage.rays().steps + 1)).min(4096) } else { 4096 }
+    if stage.headless.is_software() { (65_535 / (stage.rays().steps + 1)).min(4096) } else { 4096 }
 }
 
 /// Result of a pattern in a scene.

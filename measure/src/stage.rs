@@ -26,6 +26,8 @@ pub struct Stage {
     start: Transform,
     /// Rays that were last cast; before the first cast, the scene's rays.
     rays: OcclusionRays,
+    /// The scene's own view samples.
+    shading: VolumeShading,
 }
 
 /// Steps that a carver moves away before it turns back.
@@ -43,10 +45,11 @@ impl Stage {
         static DEVICE_TOLD: Once = Once::new();
         let mut headless = Headless::new(size, |_| {});
         let rays = parts.occlusion.method.rays().copied().unwrap_or_default();
+        let shading = parts.shading.clone();
         let scene = parts.spawn(&mut headless);
         let world = headless.app.world();
         let start = scene.carvers.first().and_then(|carver| world.get(*carver).copied()).unwrap_or_default();
-        let stage = Self { headless, scene, start, rays };
+        let stage = Self { headless, scene, start, rays, shading };
         let adapter = stage.adapter();
         DEVICE_TOLD.call_once(|| eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info));
         stage
@@ -93,6 +96,16 @@ impl Stage {
     /// Changes the shading mode of the volume.
     pub fn set_mode(&mut self, mode: ShadingMode) {
         self.headless.set_mode(self.scene.volume, mode);
+    }
+
+    /// Changes the view samples of the volume to those of a preset, or to the scene's own.
+    pub fn set_view_samples(&mut self, quality: Option<Quality>) {
+        let VolumeShading { step_voxels, jitter, .. } =
+            quality.map_or_else(|| self.shading.clone(), Quality::shading);
+        let volume = self.scene.volume;
+        if let Some(mut shading) = self.world().get_mut::<VolumeShading>(volume) {
+            (shading.step_voxels, shading.jitter) = (step_voxels, jitter);
+        }
     }
 
     /// Changes the optimizations.

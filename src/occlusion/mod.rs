@@ -11,9 +11,13 @@ mod fit;
 mod lengths;
 mod method;
 mod method_settings;
+mod motion;
+mod motion_quality;
+mod motion_sampling;
 mod octants;
 mod optimizations;
 mod progressive;
+mod quality;
 mod rays;
 #[cfg(feature = "other_methods")]
 mod screen_space;
@@ -21,11 +25,12 @@ mod settings;
 mod shading;
 mod shortfall;
 mod sky;
+mod step_control;
 #[cfg(feature = "other_methods")]
 mod sweeping;
 mod texels;
 
-use bevy::{ecs::component::RequiredComponentsError, prelude::*};
+use bevy::{camera::CameraUpdateSystems, ecs::component::RequiredComponentsError, prelude::*};
 
 pub use cast_budget::CastBudget;
 pub use custom::CustomMethod;
@@ -37,8 +42,11 @@ pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityM
 pub(crate) use fit::{FittedOcclusion, ShownOcclusion, fit_occlusion};
 pub use method::OcclusionMethod;
 pub use method_settings::{MethodBytes, MethodDrawing, MethodKind, MethodSettings};
+pub use motion_quality::MotionQuality;
+pub(crate) use motion_sampling::MotionSampling;
 pub use optimizations::Optimizations;
 pub use progressive::ProgressiveRays;
+pub use quality::Quality;
 pub use rays::{OcclusionRays, OcclusionResolution};
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
@@ -50,7 +58,7 @@ pub use sky::Sky;
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface};
 pub use texels::OcclusionTexels;
 
-use crate::volume::Volume3d;
+use crate::{clip::ClipSystems, volume::Volume3d};
 
 /// Registers the shading components.
 pub(crate) struct OcclusionPlugin;
@@ -67,7 +75,16 @@ impl Plugin for OcclusionPlugin {
             .register_type::<Optimizations>()
             .register_type::<CastBudget>()
             .register_type::<AmbientOcclusion>()
-            .register_type::<VolumeShading>();
+            .register_type::<VolumeShading>()
+            .register_type::<MotionQuality>()
+            .add_systems(
+                PostUpdate,
+                motion::follow_motion
+                    .after(TransformSystems::Propagate)
+                    .after(CameraUpdateSystems)
+                    .after(ClipSystems::Cameras)
+                    .run_if(any_with_component::<MotionQuality>.and_then(resource_exists::<Time<Real>>)),
+            );
     }
 }
 

@@ -24,6 +24,13 @@ impl Default for VolumeShading {
     }
 }
 
+impl VolumeShading {
+    /// Distance between samples, voxels, within its valid range.
+    pub(crate) fn drawn_step_voxels(&self) -> f32 {
+        self.step_voxels.max(0.01)
+    }
+}
+
 /// The light on the samples of a volume.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]

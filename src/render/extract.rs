@@ -13,8 +13,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, Optimizations, Recompute, ShownOcclusion,
-        VolumeShading,
+        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, Optimizations, Recompute,
+        ShownOcclusion, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -118,7 +118,7 @@ pub(crate) fn extract_scene(
             Entity,
             &LookupTable,
             (&FittedOcclusion, &ShownOcclusion),
-            &VolumeShading,
+            (&VolumeShading, Option<&MotionSampling>),
             &GlobalTransform,
             Option<&VolumeBox>,
         )>,
@@ -161,6 +161,8 @@ pub(crate) fn extract_scene(
     extracted.clear();
     extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
         let occlusion = &shown.0;
+        let (shading, in_motion) = shading;
+        let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
         let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
         ExtractedVolume {
             entity: entity.into(),
@@ -170,7 +172,7 @@ pub(crate) fn extract_scene(
             occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
             has_occlusion: occlusion.has_occlusion(),
             awaits_pipelines: wanted != occlusion,
-            shading: VolumeShading { ambient_occlusion: uses_occlusion, ..shading.clone() },
+            shading: VolumeShading { ambient_occlusion: uses_occlusion, step_voxels, ..shading.clone() },
             recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
             world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
             carvers: carvers_of(entity, carvers, &poses),

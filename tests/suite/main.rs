@@ -42,6 +42,7 @@ mod options;
 mod oracle;
 mod presets;
 mod properties;
+mod quality;
 mod ray_methods;
 mod readers;
 mod rigs;

@@ -43,6 +43,8 @@ pub struct Accuracy {
     truths: Vec<Shot>,
     /// Shot of very many rays with light from above, and that light.
     sky: Option<(Sky, Shot)>,
+    /// Shots of very many rays with the view samples of [`Quality::Reference`], as `truths`.
+    finely_drawn: Option<Vec<Shot>>,
     true_rays: OcclusionRays,
     definitions: Definitions,
     /// Light through the whole volume, once it is known.
@@ -68,8 +70,16 @@ impl Accuracy {
         let opacities = stage.headless.voxels(stage.scene.volume, VolumeTexture::Opacities);
         let known = (0..).zip(&truths[0].occlusion).filter_map(|(index, value)| value.map(|_| index));
         let definitions = Definitions::new(opacities, intensities, stage.scene.geometry, known.collect());
-        let (sky, whole_volume, better, known) = (None, None, Vec::new(), Vec::new());
-        Ok(Self { truths, sky, true_rays: rays, definitions, whole_volume, better, known })
+        Ok(Self {
+            truths,
+            sky: None,
+            finely_drawn: None,
+            true_rays: rays,
+            definitions,
+            whole_volume: None,
+            better: Vec::new(),
+            known: Vec::new(),
+        })
     }
 
     /// Image of very many rays, RGBA, with the carver at its start.
@@ -81,6 +91,9 @@ impl Accuracy {
     pub fn of(&mut self, stage: &mut Stage, setting: &Setting) -> Result<Errors, String> {
         if setting.is_solid() {
             return Ok(Errors::default());
+        }
+        if let Some(quality) = setting.view_samples {
+            return self.of_preset(stage, &setting.occlusion, quality);
         }
         if let Some((_, errors)) = self.known.iter().find(|(occlusion, _)| *occlusion == setting.occlusion) {
             return Ok(errors.clone());
@@ -101,6 +114,29 @@ impl Accuracy {
         self.add_own(stage, setting, &found, &mut errors)?;
         self.known.push((setting.occlusion.clone(), errors.clone()));
         Ok(errors)
+    }
+
+    /// Errors of a preset, whose view samples count as well.
+    fn of_preset(
+        &mut self,
+        stage: &mut Stage,
+        occlusion: &AmbientOcclusion,
+        quality: Quality,
+    ) -> Result<Errors, String> {
+        let truths = match self.finely_drawn.take() {
+            Some(truths) => truths,
+            None => {
+                stage.set_view_samples(Some(Quality::Reference));
+                shots(stage, &AmbientOcclusion::by(self.true_rays), 0)?
+            }
+        };
+        stage.set_view_samples(Some(quality));
+        let found = shots(stage, occlusion, 0)?;
+        stage.set_view_samples(None);
+        let (voxels, voxels_compared) = voxel_error(&found, &truths);
+        let image = image_error(&found, &truths);
+        self.finely_drawn = Some(truths);
+        Ok(Errors { voxels, voxels_compared, image, ..default() })
     }
 
     /// Shot of very many rays with another light.

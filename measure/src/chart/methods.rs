@@ -22,6 +22,8 @@ pub struct Setting {
     pub mode: ShadingMode,
     pub optimizations: Optimizations,
     pub occlusion: AmbientOcclusion,
+    /// The preset of the view samples; `None` for the scene's own.
+    pub view_samples: Option<Quality>,
     pub own: Own,
 }
 
@@ -66,7 +68,8 @@ impl SceneScale {
 
     fn of(&self, family: &'static str, label: impl Into<String>, occlusion: AmbientOcclusion) -> Setting {
         let (mode, optimizations) = (ShadingMode::Cao, Optimizations::default());
-        Setting { family, label: label.into(), mode, optimizations, occlusion, own: Own::Rays }
+        let (label, view_samples) = (label.into(), None);
+        Setting { family, label, mode, optimizations, occlusion, view_samples, own: Own::Rays }
     }
 
     fn by(&self, family: &'static str, label: impl Into<String>, method: OcclusionMethod) -> Setting {
@@ -85,6 +88,7 @@ impl SceneScale {
         }];
         settings.extend(self.dense());
         settings.extend(self.contextual());
+        settings.extend(self.presets());
         settings.extend(self.progressive());
         settings.extend(self.sweeping());
         settings.extend(self.filtering());
@@ -125,6 +129,16 @@ impl SceneScale {
             self.of("CAO under a cloudy sky", format!("sky {}", short(pattern)), occlusion)
         });
         [published].into_iter().chain(ours).chain(half).chain(strides).chain(sky).collect()
+    }
+
+    /// The quality presets, with their own view samples and the scene's reach.
+    fn presets(&self) -> [Setting; 4] {
+        Quality::ALL.map(|quality| {
+            let mut occlusion = AmbientOcclusion::by(self.rays);
+            quality.apply(&mut default(), &mut occlusion);
+            let setting = self.of("quality presets", quality.name(), occlusion);
+            Setting { view_samples: Some(quality), ..setting }
+        })
     }
 
     fn progressive(&self) -> [Setting; 2] {
@@ -244,8 +258,12 @@ impl Setting {
         }
     }
 
-    /// Light for which the occlusion is computed.
+    /// Light for which the occlusion is computed, and the view samples of the true image if they are not the scene's.
     pub fn light(&self) -> &'static str {
-        if self.occlusion.sky == Sky::default() { "all around" } else { "from above" }
+        match (self.view_samples, self.occlusion.sky == Sky::default()) {
+            (Some(_), _) => "all around; view samples of reference",
+            (None, true) => "all around",
+            (None, false) => "from above",
+        }
     }
 }

@@ -21,7 +21,7 @@ const OVERSAMPLING: u32 = 3;
 /// Smaller errors are drawn as this error.
 const LEAST_ERROR: f64 = 1e-4;
 
-const COLORS: [RGBColor; 11] = [
+const COLORS: [RGBColor; 12] = [
     RGBColor(40, 40, 40),
     RGBColor(130, 130, 130),
     RGBColor(210, 60, 0),
@@ -33,6 +33,7 @@ const COLORS: [RGBColor; 11] = [
     RGBColor(85, 70, 200),
     RGBColor(0, 150, 165),
     RGBColor(190, 20, 60),
+    RGBColor(95, 125, 20),
 ];
 
 const ABBREVIATIONS: &str = "6 to 54: rays, F on a Fibonacci lattice; progr.: rays of a frame; filters: radius in \

@@ -44,6 +44,7 @@ pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<
         frames: visits.len() as u32,
     };
     stage.set_optimizations(Optimizations::default());
+    stage.set_view_samples(None);
     Ok(visits.iter().map(medians).collect())
 }
 
@@ -51,6 +52,7 @@ pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<
 fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
     stage.set_optimizations(Optimizations::default());
     stage.carve(0);
+    stage.set_view_samples(setting.view_samples);
     stage.prepare_with(setting.mode, setting.occlusion.clone())?;
     stage.headless.frames(setting.frames_to_settle());
     // A setting without optimizations casts all voxels in its first frame, and in every frame that prepares it.

@@ -60,7 +60,7 @@ impl VolumeUniform {
         let [lo, hi] = volume.table.stored_range;
         let table_density = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
         let unit = volume.table.opacity_unit_distance_mm as f64;
-        let draw_step = geometry.spacing_mm.min_element() * volume.shading.step_voxels.max(0.01) as f64;
+        let draw_step = geometry.spacing_mm.min_element() * f64::from(volume.shading.drawn_step_voxels());
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
         let stride = volume.occlusion.texels().stride();
         // A surface that faces octants of full weight can get all light.
