@@ -72,10 +72,13 @@ pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
     })
 }
 
-/// The latest GPU time of a span, milliseconds.
+/// The latest GPU time of a span, milliseconds. A span that ran for several views of a frame has the sum.
 pub fn latest_gpu_ms(diagnostics: &DiagnosticsStore, span: &str) -> Option<f64> {
     let path = DiagnosticPath::from_components(["render", span, "elapsed_gpu"]);
-    diagnostics.get(&path)?.measurement().map(|m| m.value)
+    let diagnostic = diagnostics.get(&path)?;
+    // Bevy gives all measurements of a frame one time.
+    let latest = diagnostic.measurement()?.time;
+    Some(diagnostic.measurements().filter(|m| m.time == latest).map(|m| m.value).sum())
 }
 
 /// Resources that the plugin holds on the GPU, as of the last frame.
