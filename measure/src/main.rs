@@ -70,7 +70,7 @@ struct Options {
     #[arg(long)]
     halvings: Option<u32>,
     /// Measures scenes other than the given scene at half their resolution, in small images. With --report: volumes
-    /// of at most 128 voxels along each side, images of 200x200 pixels, at most 6 frames (5 minutes on a software
+    /// of at most 128 voxels along each side, images of 200x200 pixels, at most 3 frames (5 minutes on a software
     /// driver).
     #[arg(long)]
     quick: bool,

@@ -135,11 +135,14 @@ pub fn carved(volume: Volume) -> Result<SceneParts, String> {
 /// Shading modes in which the scene of `benches/peers` is measured.
 pub const PEER_MODES: [ShadingMode; 3] = [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao];
 
-/// Stage of the scene of `benches/peers`.
-pub fn beside_peers(options: &Options) -> Result<Stage, String> {
+/// Image of the scene of `benches/peers`, pixels.
+pub const PEER_IMAGE: UVec2 = UVec2::splat(512);
+
+/// Stage of the scene of `benches/peers`, with an image of `size` pixels.
+pub fn beside_peers(size: UVec2, options: &Options) -> Result<Stage, String> {
     let mut parts = shell(generate(128)?)?;
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
-    let mut stage = Stage::new(parts, UVec2::splat(512));
+    let mut stage = Stage::new(parts, size);
     stage.set_optimizations(options.scene.optimizations()?);
     Ok(stage)
 }
@@ -159,7 +162,7 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
 
 /// Measures the scene of `benches/peers` in each mode.
 pub fn peer(options: &Options) -> Result<(), String> {
-    let mut stage = beside_peers(options)?;
+    let mut stage = beside_peers(PEER_IMAGE, options)?;
     for mode in PEER_MODES {
         let Measured { times, work } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({

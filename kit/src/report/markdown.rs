@@ -24,7 +24,9 @@ fn section(section: &Section) -> String {
         let lines: String = section.left_out.iter().map(|out| line(&out.case, &out.reason)).collect();
         parts.push(format!("Left out:\n\n{lines}"));
     }
-    parts.push(format!("This took {:.0} s.\n", section.seconds));
+    if section.seconds > 0.0 {
+        parts.push(format!("This took {:.0} s.\n", section.seconds));
+    }
     parts.join("\n")
 }
 
@@ -65,9 +67,9 @@ fn table(head: Vec<String>, lines: impl IntoIterator<Item = Vec<String>>) -> Str
     [head, rule].into_iter().chain(lines).map(line).collect()
 }
 
-/// A number with three significant digits, or all digits before the point.
+/// A whole number, or one with three significant digits and all digits before the point.
 fn number(value: f64) -> String {
-    let digits = if value == 0.0 { 0.0 } else { 2.0 - value.abs().log10().floor() };
+    let digits = if value.fract() == 0.0 { 0.0 } else { 2.0 - value.abs().log10().floor() };
     format!("{value:.*}", digits.clamp(0.0, 9.0) as usize)
 }
 

@@ -31,7 +31,7 @@ pub struct Section {
     pub left_out: Vec<LeftOut>,
     /// Error that ended the section. Rows before it stay.
     pub error: Option<String>,
-    /// Seconds that the section took.
+    /// Seconds that the section took; 0 if nothing was measured.
     pub seconds: f64,
 }
 

@@ -12,9 +12,7 @@ use super::{
 use crate::{
     counts::count_edit,
     figures::{FrameTimes, ratio},
-    shell,
-    stage::Stage,
-    times,
+    shell, times,
 };
 
 /// Cells of lattices with a carver each, and the radius of carvers at rest as a share of the width.
@@ -35,17 +33,18 @@ pub fn two_eyes(record: &mut Recorder) -> Result<(), String> {
     let mut parts = record.shell(record.scale.voxels)?;
     set_rays(&mut parts, pattern, steps);
     parts.shading.step_voxels = 0.5;
-    let mut stage = Stage::new(parts, record.scale.eye);
-    let carving = second_eye_carving(pattern.rays(), steps, record.scale.eye.element_product());
+    let mut stage = record.stage(parts, record.scale.eye);
+    // The model's share of casting is that of the large scene.
+    let carving = (!record.options.quick)
+        .then(|| second_eye_carving(pattern.rays(), steps, record.scale.eye.element_product()));
     for (case, change) in times::EYE_CASES {
         if record.has_time_for(case) {
             let [one, both] = times::eyes(&mut stage, change, record.options)?;
             record.times(&format!("{case}, one eye"), one);
             let two = format!("{case}, two eyes");
             record.times(&two, both);
-            // The model is of the large scene, where casting has its share.
-            let predicted = if case == times::CARVING { carving } else { SECOND_EYE };
-            record.row_beside(&two, "over one eye", "", both.total / one.total, Some(predicted));
+            let predicted = if case == times::CARVING { carving } else { Some(SECOND_EYE) };
+            record.row_beside(&two, "over one eye", "", both.total / one.total, predicted);
         }
     }
     Ok(())
@@ -54,12 +53,12 @@ pub fn two_eyes(record: &mut Recorder) -> Result<(), String> {
 /// One carver that moves, beside more and more at rest.
 pub fn carvers(record: &mut Recorder) -> Result<(), String> {
     let parts = record.shell(record.scale.voxels)?;
-    let mut stage = Stage::new(parts, record.scale.image);
+    let mut stage = record.stage(parts, record.scale.image);
     let geometry = stage.scene.geometry;
     let mut alone: Option<FrameTimes> = None;
     for (cells, radius) in LATTICES {
         let others = times::lattice(&geometry, cells, shell::CARVER, radius);
-        let case = format!("{} carvers", others.len() + 1);
+        let case = format!("one moves, {} at rest", others.len());
         if record.has_time_for(&case) {
             let times = times::with(&mut stage, &others, record.options)?;
             record.times(&case, times);
@@ -84,7 +83,7 @@ pub fn edits(record: &mut Recorder) -> Result<(), String> {
         for point in parts.transfer_function.iter_mut().flat_map(|function| &mut function.points) {
             point.opacity = opacity.unwrap_or(point.opacity).min(point.opacity);
         }
-        let mut stage = Stage::new(parts, record.scale.image);
+        let mut stage = record.stage(parts, record.scale.image);
         stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
         let times = stage.medians(record.options.warmup, record.options.frames, |stage, frame| {
             stage.edit_transfer_function(if frame.is_multiple_of(2) { EDIT } else { -EDIT });

@@ -16,7 +16,7 @@ pub fn measure(record: &mut Recorder) -> Result<(), String> {
     let volume = parts.volume.clone();
     let case = "first volume of an app";
     let begin = Instant::now();
-    let mut stage = Stage::new(parts, record.scale.image);
+    let mut stage = record.stage(parts, record.scale.image);
     record.row(case, "start of the app", "ms", begin.elapsed().as_secs_f64() * 1e3);
     until_shown(&mut stage, case, record)?;
     memory(&stage, case, record);

@@ -22,7 +22,8 @@ pub fn passes(record: &mut Recorder) -> Result<(), String> {
             let mut parts = record.shell(record.scale.voxels)?;
             set_rays(&mut parts, pattern, steps);
             parts.shading.step_voxels = 0.5;
-            frames(record, &name, Stage::new(parts, record.scale.eye))?;
+            let stage = record.stage(parts, record.scale.eye);
+            frames(record, &name, stage)?;
         }
     }
     Ok(())
@@ -80,7 +81,8 @@ pub fn growth(record: &mut Recorder) -> Result<(), String> {
         if !record.has_time_for(&case) {
             continue;
         }
-        let mut stage = Stage::new(record.shell(size)?, UVec2::splat(size));
+        let parts = record.shell(size)?;
+        let mut stage = record.stage(parts, UVec2::splat(size));
         let OcclusionRays { pattern, steps, .. } = stage.rays();
         let device = record.device.filter(|_| size == 512);
         let measured = shell::grown(&mut stage, record.options)?;

@@ -17,25 +17,23 @@ const VTK: &str = include_str!("../../../benches/peers/vtk_shell.py");
 
 /// Our frames, then VTK's if it is installed.
 pub fn peers(record: &mut Recorder) -> Result<(), String> {
-    if record.options.quick {
-        record.leave_out("ours and VTK", "the scene is larger than --quick allows");
-        return Ok(());
-    }
     let python = record.options.python.as_path();
-    let mut stage = shell::beside_peers(record.options)?;
+    let pixels = if record.options.quick { record.scale.image } else { shell::PEER_IMAGE };
+    let mut stage = shell::beside_peers(pixels, record.options)?;
     for mode in shell::PEER_MODES {
         let case = format!("ours, {}", mode.name());
         if record.has_time_for(&case) {
             let found = shell::peer_frames(&mut stage, mode, record.options)?;
-            record.row(&case, "whole frame", "ms", found.times.total);
+            record.times(&case, found.times);
         }
     }
     drop(stage);
     if !has_vtk(python) {
         record.leave_out("VTK", &format!("`{}` cannot import vtk", python.display()));
     } else if record.has_time_for("VTK") {
-        let frames = record.options.frames;
-        for line in run(python, VTK, &["--frames", &frames.to_string()], record.deadline)?.lines() {
+        let [frames, pixels] = [record.options.frames, pixels.x].map(|number| number.to_string());
+        let arguments = ["--frames", &frames, "--pixels", &pixels];
+        for line in run(python, VTK, &arguments, record.deadline)?.lines() {
             let line: Value = serde_json::from_str(line).map_err(|error| format!("VTK: {error}"))?;
             let text = |name: &str| line[name].as_str().unwrap_or_default();
             let case = format!("{}, {}, {}", text("peer"), text("mode"), text("gl"));

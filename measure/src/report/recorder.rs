@@ -9,7 +9,7 @@ use contextual_ao_kit::{
 use std::time::Instant;
 
 use super::model::Device;
-use crate::{Options, figures::FrameTimes, shell};
+use crate::{Options, figures::FrameTimes, shell, stage::Stage};
 
 /// Size of what is measured.
 #[derive(Clone, Copy)]
@@ -42,11 +42,9 @@ impl Scale {
 
     /// Options with fewer frames where they are slow.
     pub fn repeats(self, options: &Options) -> Options {
-        const QUICK: [u32; 2] = [2, 6];
         let options = options.clone();
         if options.quick {
-            let [warmup, frames] = QUICK;
-            Options { warmup: options.warmup.min(warmup), frames: options.frames.min(frames), ..options }
+            Options { warmup: options.warmup.min(1), frames: options.frames.min(3), ..options }
         } else {
             options
         }
@@ -103,15 +101,14 @@ impl Recorder<'_> {
         self.section.rows.push(Row { case, figure, unit, measured, predicted });
     }
 
-    /// Adds the times of all passes that ran, and of the frame.
+    /// Adds the times of passes, 0 if they did not run, and of the frame.
     pub fn times(&mut self, case: &str, times: FrameTimes) {
         self.times_beside(case, times, |_| None);
     }
 
     /// [`Self::times`] with what the model predicts for a pass.
     pub fn times_beside(&mut self, case: &str, times: FrameTimes, predicted: impl Fn(&str) -> Option<f64>) {
-        for (name, ms) in times.named().into_iter().filter(|(name, ms)| *ms > 0.0 && *name != "clip_and_cast")
-        {
+        for (name, ms) in times.named().into_iter().filter(|(name, _)| *name != "clip_and_cast") {
             let name = if name == "total" { "whole frame" } else { name };
             self.row_beside(case, name, "ms", ms, predicted(name));
         }
@@ -124,6 +121,16 @@ impl Recorder<'_> {
         {
             self.row(case, figure, "10^6", count as f64 / 1e6);
         }
+    }
+
+    /// A scene in an app of its own, with an image of `size` pixels.
+    pub fn stage(&self, parts: SceneParts, size: UVec2) -> Stage {
+        let mut stage = Stage::new(parts, size);
+        if self.options.quick {
+            // A software driver takes long for the maps of many carvers.
+            stage.headless.app.insert_resource(ClipSettings { depth_map_size: 256, ..default() });
+        }
+        stage
     }
 
     /// Parts of the shell with a ball that carves, `size` voxels along each side.

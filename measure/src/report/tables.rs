@@ -6,17 +6,16 @@ use super::recorder::Recorder;
 use crate::{
     ablation,
     chart::scenes::phantom,
-    stage::Stage,
     tables::{self, PATTERNS},
 };
 
 /// All optimizations, then all without one at a time.
 pub fn ablation(record: &mut Recorder) -> Result<(), String> {
     let parts = record.shell(record.scale.voxels_without)?;
-    let mut stage = Stage::new(parts, record.scale.image);
+    let mut stage = record.stage(parts, record.scale.image);
     let mut with_all: Option<Vec<u8>> = None;
     for (without, optimizations) in ablation::variants()? {
-        let case = format!("without {without}");
+        let case = if without == "nothing" { "with all".to_owned() } else { format!("without {without}") };
         if record.has_time_for(&case) {
             let found = ablation::measure(&mut stage, without, optimizations, record.options)?;
             record.times(&case, found.times);
@@ -38,7 +37,7 @@ pub fn paper(record: &mut Recorder) -> Result<(), String> {
         if !record.has_time_for(&name) {
             continue;
         }
-        let mut stage = Stage::new(parts, record.scale.image);
+        let mut stage = record.stage(parts, record.scale.image);
         let found = tables::measure(&mut stage, None, true, Some(record.deadline), record.options)?;
         let [published, ours] = found.recast_percent;
         record.row(&name, "voxels cast as published", "%", published);
