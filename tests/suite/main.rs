@@ -42,6 +42,7 @@ mod presets;
 mod properties;
 mod ray_methods;
 mod readers;
+mod report;
 mod rigs;
 mod runs;
 mod screen_space;

@@ -92,7 +92,8 @@ const PLANS: [Plan; 9] = [
     },
     Plan {
         name: "Peers",
-        about: "The scene of benches/peers, where VTK draws the same: 512 x 512 pixels, the cut and the camera move.",
+        about: "The scene of benches/peers, where VTK draws the same: the cut and the camera move. The image has 512 x \
+                512 pixels, with --quick 200 x 200.",
         share: 40.0,
         measure: peers::peers,
     },
