@@ -49,7 +49,7 @@ const PLANS: [Plan; 9] = [
     Plan {
         name: "Passes",
         about: "Two eyes, a sample of a view ray every half voxel. Milliseconds are medians.",
-        share: 90.0,
+        share: 80.0,
         measure: passes::passes,
     },
     Plan {
@@ -94,7 +94,7 @@ const PLANS: [Plan; 9] = [
         name: "Peers",
         about: "The scene of benches/peers, where VTK draws the same: the cut and the camera move. The image has 512 x \
                 512 pixels, with --quick 200 x 200.",
-        share: 40.0,
+        share: 50.0,
         measure: peers::peers,
     },
 ];

@@ -52,7 +52,7 @@ fn frames(record: &mut Recorder, name: &str, mut stage: Stage) -> Result<(), Str
     });
     let both = carved.of(SPAN_MARCH) + carved.of(OcclusionRays::SPAN_MARK);
     record.row_beside(&case, "march and mark", "ms", both, device.map(march_and_mark));
-    let work = stage.count(|stage| stage.carve(1));
+    let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
     record.work(&case, work);
     stage.carve(0);
 
