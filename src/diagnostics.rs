@@ -67,7 +67,7 @@ pub struct Work {
     pub distances: u64,
 }
 
-/// Work of clipping a volume in one frame (step IV). Of several volumes, one is counted.
+/// Work of clipping in one frame (step IV), of all volumes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClipWork {
     /// Superbricks of 16x16x16 voxels that were tested, the second time with their neighbours.
@@ -139,15 +139,22 @@ pub fn latest_work(diagnostics: &DiagnosticsStore) -> Option<Work> {
     })
 }
 
-fn latest_count(diagnostics: &DiagnosticsStore, name: &str) -> Option<u64> {
-    let path = DiagnosticPath::from_components(["render", name]);
-    diagnostics.get(&path)?.measurement().map(|m| m.value as u64)
+/// The latest value of a diagnostic. Values of several volumes or views in one frame are added up.
+fn latest_sum(diagnostics: &DiagnosticsStore, path: &DiagnosticPath) -> Option<f64> {
+    let diagnostic = diagnostics.get(path)?;
+    // Bevy gives all measurements of a frame one time.
+    let latest = diagnostic.measurement()?.time;
+    Some(diagnostic.measurements().filter(|m| m.time == latest).map(|m| m.value).sum())
 }
 
-/// The latest GPU time of a span, milliseconds.
+fn latest_count(diagnostics: &DiagnosticsStore, name: &str) -> Option<u64> {
+    latest_sum(diagnostics, &DiagnosticPath::from_components(["render", name])).map(|sum| sum as u64)
+}
+
+/// The latest GPU time of a span, milliseconds. A span that ran for several views of a frame has the sum.
 pub fn latest_gpu_ms(diagnostics: &DiagnosticsStore, span: &str) -> Option<f64> {
     let path = DiagnosticPath::from_components(["render", span, "elapsed_gpu"]);
-    diagnostics.get(&path)?.measurement().map(|m| m.value)
+    latest_sum(diagnostics, &path)
 }
 
 /// Resources that the plugin holds on the GPU, as of the last frame.

@@ -64,14 +64,9 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-<<<<<<< HEAD
-            AmbientOcclusion, CastBudget, OcclusionFailed, OcclusionMethod, OcclusionRays,
-            OcclusionResolution, ProgressiveRays, RayPattern, Recompute, Sky, VolumeLighting, VolumeShading,
-=======
-            AmbientOcclusion, MotionQuality, OcclusionFailed, OcclusionMethod, OcclusionRays,
+            AmbientOcclusion, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod, OcclusionRays,
             OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute, Sky, VolumeLighting,
             VolumeShading,
->>>>>>> quality
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

@@ -18,7 +18,6 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
 
 MODES = ("unshaded", "phong", "ssao", "scattering")
 SIZE = 128  # nodes of the grid along each axis, 1 mm apart, their middle at the origin
-IMAGE = 512  # pixels, both ways
 CAMERA = (132.0, 88.0, 198.0)  # mm; it looks at the origin (VTK's default), y is up
 FIELD_OF_VIEW = 30.0  # degrees
 CUT = 16.0  # mm; what lies in front of this z is cut away at frame 0
@@ -122,7 +121,7 @@ class Scene:
         self.window = vtk.vtkRenderWindow()
         self.window.SetOffScreenRendering(True)
         self.window.SetMultiSamples(0)
-        self.window.SetSize(IMAGE, IMAGE)
+        self.window.SetSize(options.pixels, options.pixels)
         self.window.AddRenderer(self.renderer)
 
     def draw(self, frame: int) -> float:
@@ -168,7 +167,7 @@ def measure(image: vtk.vtkImageData, mode: str, options: argparse.Namespace) -> 
         "ms_median": round(statistics.median(times), 2),
         "ms_min": round(min(times), 2),
         "frames": options.frames,
-        "image": [IMAGE, IMAGE],
+        "image": [options.pixels, options.pixels],
         "volume": [SIZE, SIZE, SIZE],
         "gl": gl.group(1).strip() if gl else "unknown",
         **{name: getattr(options, name) for name in settings},
@@ -179,6 +178,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mode", nargs="+", choices=MODES, default=MODES, help="modes to time [all]")
     parser.add_argument("--frames", type=int, default=20, help="frames timed per mode [20]")
+    parser.add_argument("--pixels", type=int, default=512, help="width and height of the image [512]")
     parser.add_argument("--ssao-samples", type=int, default=32, help="samples per pixel [32, VTK's default]")
     parser.add_argument("--blending", type=float, default=1.0, help="scattering: 0 none to 2 nothing else [1]")
     parser.add_argument("--reach", type=float, default=1.0, help="scattering: 0 near to 1 all shadows [1]")

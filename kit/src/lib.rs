@@ -1,5 +1,5 @@
 //! Code shared by examples, tests and `measure`. It has an app without a window, scenes from command-line options,
-//! small scenes, and meshes with a known inside. It also has stability figures, and the data of charts.
+//! small scenes, and meshes with a known inside. It also has stability figures, the data of charts, and reports.
 
 pub mod budget;
 pub mod carver;
@@ -11,6 +11,7 @@ pub mod headless;
 pub mod inside;
 pub mod mode;
 pub mod random;
+pub mod report;
 pub mod scene;
 pub mod shapes;
 pub mod small_scene;

@@ -1,10 +1,15 @@
 //! Effect of each optimization: carve frames with all of them, then without one at a time.
 
-use bevy_contextual_ao::occlusion::Optimizations;
+use bevy_contextual_ao::{diagnostics::Work, occlusion::Optimizations};
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
-use crate::{Options, counting::CountingScene, figures::merged, stage::Stage};
+use crate::{
+    Options,
+    counting::CountingScene,
+    figures::{FrameTimes, merged},
+    stage::Stage,
+};
 use contextual_ao_kit::headless::different_pixels;
 
 /// Measures the scene of the command line if it has a volume, else the opaque engine.
@@ -20,31 +25,62 @@ pub fn run(options: &Options) -> Result<(), String> {
     if stage.scene.carvers.is_empty() {
         return Err("--carver is missing: there would be nothing to measure".into());
     }
-    let image = measure(&mut stage, "nothing", Optimizations::default(), None, options)?;
-    for name in Optimizations::names() {
-        let optimizations = Optimizations::default().without(name);
-        // `sampleable` matters only without `demand`.
-        let (name, optimizations) = match name {
-            "sampleable" => ("demand, sampleable", optimizations.and_then(|rest| rest.without("demand"))),
-            _ => (name, optimizations),
-        };
-        let optimizations = optimizations.ok_or_else(|| format!("there is no optimization `{name}`"))?;
-        measure(&mut stage, name, optimizations, Some(&image), options)?;
-    }
-    if options.with_published {
-        measure(&mut stage, "all", Optimizations::NONE, Some(&image), options)?;
+    let mut with_all = None;
+    let all = options.with_published.then_some(("all", Optimizations::NONE));
+    for (without, optimizations) in variants()?.into_iter().chain(all) {
+        let found = measure(&mut stage, without, optimizations, options)?;
+        let figures = json!({
+            "without": without,
+            "recast_voxels": found.work.voxels,
+            "samples": found.work.samples,
+            "distances": found.work.distances,
+            "frames": found.frames,
+            "ms_total_at_rest": found.rest.total,
+            "pixels_different_from_with_all":
+                with_all.as_deref().map(|with_all| different_pixels(&found.image, with_all)),
+        });
+        stage.print(merged(figures, found.times.to_json()));
+        with_all.get_or_insert(found.image);
     }
     Ok(())
 }
 
-/// Prints the figures without some optimizations, and returns the image.
-fn measure(
+/// All optimizations, then all without one at a time. Each has the name of the one that is left out.
+pub fn variants() -> Result<Vec<(&'static str, Optimizations)>, String> {
+    let without = |name: &'static str| {
+        let rest = Optimizations::default().without(name);
+        // `sampleable` matters only without `demand`.
+        let (title, rest) = match name {
+            "sampleable" => ("demand, sampleable", rest.and_then(|rest| rest.without("demand"))),
+            _ => (name, rest),
+        };
+        Ok((title, rest.ok_or_else(|| format!("there is no optimization `{name}`"))?))
+    };
+    let nothing = Ok(("nothing", Optimizations::default()));
+    [nothing].into_iter().chain(Optimizations::names().map(without)).collect()
+}
+
+/// Measurements with some optimizations.
+pub struct Ablated {
+    /// Carve frames.
+    pub times: FrameTimes,
+    /// A frame in which nothing changed.
+    pub rest: FrameTimes,
+    /// Work of a carve frame.
+    pub work: Work,
+    /// Number of carve frames that were timed.
+    pub frames: u32,
+    /// Image of a carve frame.
+    pub image: Vec<u8>,
+}
+
+/// Measures the scene with some optimizations. `without` names those left out.
+pub fn measure(
     stage: &mut Stage,
     without: &str,
     optimizations: Optimizations,
-    with_all: Option<&[u8]>,
     options: &Options,
-) -> Result<Vec<u8>, String> {
+) -> Result<Ablated, String> {
     stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
     stage.set_optimizations(optimizations);
     stage.carve(0);
@@ -56,15 +92,5 @@ fn measure(
     let image = stage.image();
     let work = stage.count(|stage| stage.carve(1));
     stage.set_optimizations(Optimizations::default());
-    let figures = json!({
-        "without": without,
-        "recast_voxels": work.voxels,
-        "samples": work.samples,
-        "distances": work.distances,
-        "frames": frames,
-        "ms_total_at_rest": rest.total,
-        "pixels_different_from_with_all": with_all.map(|with_all| different_pixels(&image, with_all)),
-    });
-    stage.print(merged(figures, times.to_json()));
-    Ok(image)
+    Ok(Ablated { times, rest, work, frames, image })
 }

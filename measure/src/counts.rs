@@ -91,12 +91,12 @@ pub fn published_voxels(stage: &mut Stage) -> Result<u64, String> {
 }
 
 /// Counts the work after a slight edit of the transfer function: all occlusion is invalid.
-fn count_edit(stage: &mut Stage) -> Work {
+pub fn count_edit(stage: &mut Stage) -> Work {
     stage.count(|stage| stage.edit_transfer_function(0.01))
 }
 
 /// Bytes per voxel on the device that go away with the volume, without its intensities.
-fn bytes_per_voxel(stage: &mut Stage) -> f64 {
+pub fn bytes_per_voxel(stage: &mut Stage) -> f64 {
     let entity = stage.scene.volume;
     let bytes = |stage: &Stage| stage.headless.app.world().resource::<RenderStatus>().usage.bytes;
     let with_volume = bytes(stage);

@@ -66,19 +66,24 @@ impl FrameTimes {
         }
     }
 
+    /// Names and milliseconds of the passes of occlusion by rays, and of the whole frame.
+    pub fn named(self) -> [(&'static str, f64); 9] {
+        [
+            ("cull", self.of(SPAN_CULL)),
+            ("clip", self.of(SPAN_CLIP)),
+            ("distances", self.of(SPAN_DISTANCES)),
+            ("march", self.of(SPAN_MARCH)),
+            ("mark", self.of(OcclusionRays::SPAN_MARK)),
+            ("cast", self.of(OcclusionRays::SPAN_CAST)),
+            ("draw", self.draw),
+            ("clip_and_cast", self.clip_and_cast()),
+            ("total", self.total),
+        ]
+    }
+
     /// Fields for a line of JSON.
     pub fn to_json(self) -> Value {
-        json!({
-            "ms_total": self.total,
-            "ms_cull": self.of(SPAN_CULL),
-            "ms_clip": self.of(SPAN_CLIP),
-            "ms_distances": self.of(SPAN_DISTANCES),
-            "ms_march": self.of(SPAN_MARCH),
-            "ms_mark": self.of(OcclusionRays::SPAN_MARK),
-            "ms_cast": self.of(OcclusionRays::SPAN_CAST),
-            "ms_draw": self.draw,
-            "ms_clip_and_cast": self.clip_and_cast(),
-        })
+        self.named().into_iter().map(|(name, ms)| (format!("ms_{name}"), json!(ms))).collect()
     }
 }
 

@@ -13,6 +13,7 @@ mod fingerprints;
 mod gallery;
 mod isosurface;
 mod published;
+mod report;
 mod shell;
 mod stage;
 mod sweeping;
@@ -31,7 +32,7 @@ use counting::CountingScene;
 use std::path::PathBuf;
 
 /// Measures carve frames.
-#[derive(Parser)]
+#[derive(Clone, Parser)]
 struct Options {
     #[command(flatten)]
     scene: SceneOptions,
@@ -68,13 +69,18 @@ struct Options {
     /// With --chart: number of times that volumes and images are halved [default: 1, with --quick 2].
     #[arg(long)]
     halvings: Option<u32>,
-    /// Measures scenes other than the given scene at half their resolution, in small images.
+    /// Measures scenes other than the given scene at half their resolution, in small images. With --report: volumes
+    /// of at most 128 voxels along each side, images of 200x200 pixels, at most 3 frames (5 minutes on a software
+    /// driver).
     #[arg(long)]
     quick: bool,
+    /// With --report: Python interpreter that may have VTK, to measure it as well.
+    #[arg(long, default_value = "python3")]
+    python: PathBuf,
 }
 
 /// Other measurements, in scenes of their own.
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[group(multiple = false)]
 struct Instead {
     /// Steadiness and exactness of clipping where similar methods fail, a JSON line per figure (half an hour on a
@@ -131,6 +137,10 @@ struct Instead {
     /// The given scene by every method side by side, as methods.png.
     #[arg(long)]
     gallery: bool,
+    /// Every table that generated volumes allow, in at most 8 minutes on a GPU. Writes a Markdown file and a CSV
+    /// file into the folder, both named after the graphics device.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
 }
 
 impl Options {
@@ -173,6 +183,8 @@ fn main() -> Result<(), String> {
         fingerprints::run()
     } else if instead.gallery {
         gallery::run(&options)
+    } else if let Some(folder) = &instead.report {
+        report::run(folder, &options)
     } else {
         carve::run(&options)
     }

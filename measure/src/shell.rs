@@ -6,6 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
+    diagnostics::Work,
     prelude::*,
     volume::{Intensities, Rescale, VolumeError, VolumeGeometry},
 };
@@ -23,16 +24,23 @@ use contextual_ao_kit::{
     scene::{BONE, SceneParts},
 };
 
-/// Parts of the scene without carvers: `size` voxels along each side, which is `extent_mm` long.
-fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
-    let spacing_mm = extent_mm / size as f32;
+/// Extent of the generated volumes along each side, mm.
+const EXTENT_MM: f32 = 128.0;
+/// Place of the ball that carves, as shares of the grid's extent.
+pub const CARVER: DVec3 = DVec3::new(0.7, 0.65, 0.7);
+/// Voxels along each side of the volumes that grow.
+pub const SIZES: [u32; 4] = [64, 128, 256, 512];
+
+/// Parts of the scene without carvers.
+fn shell(volume: Volume) -> Result<SceneParts, String> {
+    let spacing_mm = volume.spacing_mm().min_element();
     let function = TransferFunction::ramp(1500.0, 2500.0, 0.95, BONE);
     let mut function = function.map_err(|error| error.to_string())?;
     // The unit of opacity is one voxel.
     function.opacity_unit_distance_mm = spacing_mm;
     Ok(SceneParts {
-        name: format!("shell {size}"),
-        volume: shell_volume(size, spacing_mm).map_err(|error| error.to_string())?,
+        name: format!("shell {}", volume.dimensions().x),
+        volume,
         transfer_function: Some(function),
         budget: default(),
         occlusion: AmbientOcclusion::by(OcclusionRays {
@@ -47,7 +55,12 @@ fn shell(size: u32, extent_mm: f32) -> Result<SceneParts, String> {
     })
 }
 
-/// Volume of values from 0 to 4000. `x`, `y` and `z` are those of volume space.
+/// Generates the volume, `size` voxels along each side. Its values are 0 to 4000.
+pub fn generate(size: u32) -> Result<Volume, String> {
+    shell_volume(size, EXTENT_MM / size as f32).map_err(|error| error.to_string())
+}
+
+/// `x`, `y` and `z` are those of volume space.
 fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
     let at: Vec<f64> = (0..size).map(|k| 2.0 * f64::from(k) / f64::from(size - 1) - 1.0).collect();
     let waves: Vec<f64> = at.iter().map(|g| (9.0 * g).sin()).collect();
@@ -70,54 +83,88 @@ fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
     Volume::new(UVec3::splat(size), grid_to_patient, Intensities::U16(values), Rescale::default())
 }
 
+/// Times and work of frames of one kind.
+pub struct Measured {
+    pub times: FrameTimes,
+    pub work: Work,
+}
+
+/// Measures carve frames of a stage.
+pub fn grown(stage: &mut Stage, options: &Options) -> Result<Measured, String> {
+    stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
+    let times = stage.medians(options.warmup, options.frames, Stage::carve);
+    let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
+    Ok(Measured { times, work })
+}
+
 /// Measures the same scene in more and more voxels, carved by a ball of the same share of it. The number of rays and
 /// of steps of a voxel stays the same. The image has as many pixels along each side as the volume has voxels: work
 /// grows with its surface.
 pub fn growth(options: &Options) -> Result<(), String> {
-    let mut last: Option<(u64, FrameTimes)> = None;
-    for size in [64, 128, 256, 512].into_iter().filter(|size| *size <= options.most) {
+    let mut last: Option<Measured> = None;
+    for size in SIZES.into_iter().filter(|size| *size <= options.most) {
         let mut stage = growing(size)?;
-        let pattern = stage.rays().pattern;
-        stage.prepare(ShadingMode::Cao, pattern)?;
-        let times = stage.medians(options.warmup, options.frames, Stage::carve);
-        let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
+        let grown = grown(&mut stage, options)?;
+        let Measured { times, work } = &grown;
         let figures = json!({
             "recast_voxels": work.voxels,
             "samples": work.samples,
-            "samples_over_last_size": last.map(|(samples, _)| ratio(work.samples, samples)),
-            "frame_over_last_size": last.map(|(_, last)| times.total / last.total),
+            "samples_over_last_size": last.as_ref().map(|last| ratio(work.samples, last.work.samples)),
+            "frame_over_last_size": last.as_ref().map(|last| times.total / last.times.total),
             "clip_and_cast_over_last_size":
-                last.map(|(_, last)| times.clip_and_cast() / last.clip_and_cast()),
+                last.as_ref().map(|last| times.clip_and_cast() / last.times.clip_and_cast()),
         });
         stage.print(merged(figures, times.to_json()));
-        last = Some((work.samples, times));
+        last = Some(grown);
     }
     Ok(())
 }
 
 /// Stage of the growing scene in one size.
 pub fn growing(size: u32) -> Result<Stage, String> {
-    let mut parts = shell(size, 128.0)?;
-    let geometry = VolumeGeometry::of(&parts.volume);
-    parts.carvers.push(ball(&geometry, DVec3::new(0.7, 0.65, 0.7), 0.28));
-    Ok(Stage::new(parts, UVec2::splat(size)))
+    Ok(Stage::new(carved(generate(size)?)?, UVec2::splat(size)))
 }
 
-/// Measures the scene of `benches/peers`: a cut that moves while the camera turns.
-pub fn peer(options: &Options) -> Result<(), String> {
-    let mut parts = shell(128, 128.0)?;
+/// Parts of the growing scene.
+pub fn carved(volume: Volume) -> Result<SceneParts, String> {
+    let mut parts = shell(volume)?;
+    parts.carvers.push(ball(&VolumeGeometry::of(&parts.volume), CARVER, 0.28));
+    Ok(parts)
+}
+
+/// Shading modes in which the scene of `benches/peers` is measured.
+pub const PEER_MODES: [ShadingMode; 3] = [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao];
+
+/// Image of the scene of `benches/peers`, pixels.
+pub const PEER_IMAGE: UVec2 = UVec2::splat(512);
+
+/// Stage of the scene of `benches/peers`, with an image of `size` pixels.
+pub fn beside_peers(size: UVec2, options: &Options) -> Result<Stage, String> {
+    let mut parts = shell(generate(128)?)?;
     parts.carvers.push(Carver::new(Shape::Box { size: Vec3::splat(200.0) }, 116.0 * Vec3::Z));
-    let mut stage = Stage::new(parts, UVec2::splat(512));
+    let mut stage = Stage::new(parts, size);
     stage.set_optimizations(options.scene.optimizations()?);
-    let pattern = stage.rays().pattern;
-    for mode in [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao] {
-        stage.prepare(mode, pattern)?;
-        let change = |stage: &mut Stage, frame: u32| {
-            stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
-            stage.turn_camera(frame as f32);
-        };
-        let times = stage.medians_undisturbed(options.warmup, options.frames, change);
-        let work = stage.count(|stage| change(stage, options.warmup + options.frames));
+    Ok(stage)
+}
+
+/// Measures frames of the scene of `benches/peers`: a cut moves while the camera turns.
+pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> Result<Measured, String> {
+    stage.prepare(mode, stage.rays().pattern)?;
+    let change = |stage: &mut Stage, frame: u32| {
+        stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
+        stage.turn_camera(frame as f32);
+    };
+    let times = stage.medians_undisturbed(options.warmup, options.frames, change);
+    let work = stage.count(|stage| change(stage, options.warmup + options.frames));
+    change(stage, 0);
+    Ok(Measured { times, work })
+}
+
+/// Measures the scene of `benches/peers` in each mode.
+pub fn peer(options: &Options) -> Result<(), String> {
+    let mut stage = beside_peers(PEER_IMAGE, options)?;
+    for mode in PEER_MODES {
+        let Measured { times, work } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({
             "mode": mode.name(),
             "frames": options.frames,
@@ -126,7 +173,6 @@ pub fn peer(options: &Options) -> Result<(), String> {
             "distances": work.distances,
         });
         stage.print(merged(figures, times.to_json()));
-        change(&mut stage, 0);
     }
     Ok(())
 }

@@ -28,6 +28,8 @@ pub struct Stage {
     rays: OcclusionRays,
     /// The scene's own view samples.
     shading: VolumeShading,
+    /// Camera of the second eye and its transform, while it is open.
+    second_eye: Option<(Entity, Transform)>,
 }
 
 /// Steps that a carver moves away before it turns back.
@@ -49,7 +51,7 @@ impl Stage {
         let scene = parts.spawn(&mut headless);
         let world = headless.app.world();
         let start = scene.carvers.first().and_then(|carver| world.get(*carver).copied()).unwrap_or_default();
-        let stage = Self { headless, scene, start, rays, shading };
+        let stage = Self { headless, scene, start, rays, shading, second_eye: None };
         let adapter = stage.adapter();
         DEVICE_TOLD.call_once(|| eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info));
         stage
@@ -151,16 +153,34 @@ impl Stage {
         self.move_carver(way * self.scene.view.right());
     }
 
-    /// Turns the camera from its start about the vertical axis through the volume's centre.
+    /// Turns the camera from its start about the vertical axis through the volume's centre. The second eye turns with
+    /// it.
     pub fn turn_camera(&mut self, degrees: f32) {
         let turn = Transform::from_rotation(Quat::from_rotation_y(degrees.to_radians()));
-        let (camera, pose) = (self.scene.camera, turn * self.scene.view);
-        self.world().entity_mut(camera).insert(pose);
+        let first = (self.scene.camera, self.scene.view);
+        for (camera, view) in [Some(first), self.second_eye].into_iter().flatten() {
+            self.world().entity_mut(camera).insert(turn * view);
+        }
     }
 
-    /// Projection of the scene's camera.
-    pub fn projection(&self) -> Projection {
-        self.headless.app.world().get(self.scene.camera).cloned().unwrap_or_default()
+    /// Opens a second eye beside the first, which draws a whole image as well.
+    pub fn open_second_eye(&mut self) {
+        const APART_MM: f32 = 63.0;
+        let first = self.scene.view;
+        let right = first.right() * APART_MM * WORLD_UNITS_PER_MM;
+        let view = first.with_translation(first.translation + right);
+        let projection: Projection =
+            self.headless.app.world().get(self.scene.camera).cloned().unwrap_or_default();
+        let camera = (self.headless.camera(), projection);
+        let order = Camera { order: 1, ..default() };
+        self.second_eye = Some((self.world().spawn(camera).insert((order, view)).id(), view));
+    }
+
+    /// Closes the second eye.
+    pub fn close_second_eye(&mut self) {
+        if let Some((camera, _)) = self.second_eye.take() {
+            self.world().despawn(camera);
+        }
     }
 
     /// Shifts the transfer function's first point. All occlusion is invalid in the next frame.

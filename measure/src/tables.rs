@@ -16,9 +16,10 @@ use crate::{
     stage::Stage,
     times,
 };
+use std::time::Instant;
 
 /// The paper's patterns, and our patterns of as many rays.
-const PATTERNS: [[RayPattern; 2]; 4] = [
+pub const PATTERNS: [[RayPattern; 2]; 4] = [
     [RayPattern::Neighborhood6, RayPattern::Fibonacci(6)],
     [RayPattern::Neighborhood14, RayPattern::Fibonacci(14)],
     [RayPattern::Neighborhood26, RayPattern::Fibonacci(26)],
@@ -26,28 +27,47 @@ const PATTERNS: [[RayPattern; 2]; 4] = [
 ];
 
 /// Measurements in one scene.
-struct Measured {
-    name: String,
+pub struct Measured {
+    pub name: String,
     /// The scene of the paper that this scene stands for.
     beside: Option<&'static Published>,
     dimensions: UVec3,
     steps: u32,
     /// Percent of voxels cast in a carve frame: as published, and by us.
-    recast_percent: [f64; 2],
-    by_rays: Vec<ByRays>,
+    pub recast_percent: [f64; 2],
+    /// Measurements by pattern, fewer where the time was up.
+    pub by_rays: Vec<ByRays>,
 }
 
 /// Measurements with one of [`PATTERNS`].
-struct ByRays {
-    rays: u32,
-    solid: FrameTimes,
+pub struct ByRays {
+    pub rays: u32,
+    pub solid: FrameTimes,
     /// Dense LAO and CAO, both as published; not in volumes too large for them.
-    published: Option<[FrameTimes; 2]>,
-    ours: FrameTimes,
-    two_carvers: FrameTimes,
+    pub published: Option<[FrameTimes; 2]>,
+    pub ours: FrameTimes,
+    pub two_carvers: FrameTimes,
     /// RMS errors of the paper's pattern and of ours against 512 rays.
-    voxel_rms: [f64; 2],
-    pixel_rms: [f64; 2],
+    pub voxel_rms: [f64; 2],
+    pub pixel_rms: [f64; 2],
+}
+
+impl ByRays {
+    /// Time of a dense LAO over that of CAO as published, and over that of ours.
+    pub fn dense_over_ours(&self) -> Option<[f64; 2]> {
+        let [dense, published] = self.published?;
+        Some([published, self.ours].map(|times| dense.total / times.total))
+    }
+
+    /// Time of our CAO over that of no occlusion.
+    pub fn ours_over_solid(&self) -> f64 {
+        self.ours.total / self.solid.total
+    }
+
+    /// Percent of the frame rate that a second carver takes.
+    pub fn percent_lost(&self) -> f64 {
+        percent_lost(self.two_carvers.total, self.ours.total)
+    }
 }
 
 /// Measures the figures of the tables, which takes long. Prints the tables of each scene once it is measured.
@@ -55,11 +75,11 @@ pub fn run(options: &Options) -> Result<(), String> {
     let scenes = [CountingScene::EngineOpaque, CountingScene::Bonsai, CountingScene::CtTorso];
     for (scene, published) in scenes.into_iter().zip(&PUBLISHED) {
         if let Some(mut stage) = scene.open(options)? {
-            print(&measure(&mut stage, Some(published), options)?);
+            print(&measure(&mut stage, Some(published), true, None, options)?);
         }
     }
     if options.most >= 512 {
-        print(&measure(&mut shell::growing(512)?, None, options)?);
+        print(&measure(&mut shell::growing(512)?, None, false, None, options)?);
     }
     Ok(())
 }
@@ -82,9 +102,12 @@ fn print(measured: &Measured) {
     );
 }
 
-fn measure(
+/// Measures a scene, and dense LAO as published if `dense`. After `deadline` no further pattern is begun.
+pub fn measure(
     stage: &mut Stage,
     beside: Option<&'static Published>,
+    dense: bool,
+    deadline: Option<Instant>,
     options: &Options,
 ) -> Result<Measured, String> {
     let voxels = stage.scene.voxels;
@@ -94,15 +117,13 @@ fn measure(
     let ours = stage.count(|stage| stage.carve(0)).voxels;
     let truth = Shot::take(stage, RayPattern::Sphere512)?;
     let second = [ball(&stage.scene.geometry, DVec3::ONE - CARVER, 0.14)];
-    let by_rays = PATTERNS.map(|[theirs, fibonacci]| {
+    let is_in_time = |_: &_| deadline.is_none_or(|deadline| Instant::now() < deadline);
+    let by_rays = PATTERNS.into_iter().take_while(is_in_time).map(|[theirs, fibonacci]| {
         let shots = [Shot::take(stage, theirs)?, Shot::take(stage, fibonacci)?];
         stage.prepare(ShadingMode::Solid, theirs)?;
         let solid = stage.medians(options.warmup, options.frames, Stage::carve);
         stage.carve(0);
-        let published = match beside {
-            Some(_) => Some(times::published(stage, options.slow_frames)?),
-            None => None,
-        };
+        let published = dense.then(|| times::published(stage, options.slow_frames)).transpose()?;
         let ours = times::ours(stage, options)?;
         let two_carvers = times::with(stage, &second, options)?;
         stage.carve(0);
@@ -116,13 +137,14 @@ fn measure(
             pixel_rms: [0, 1].map(|k| shots[k].pixel_errors(&truth).rms),
         })
     });
+    let by_rays = by_rays.collect::<Result<_, String>>()?;
     Ok(Measured {
         name: stage.scene.name.clone(),
         beside,
         dimensions: stage.scene.geometry.dimensions,
         steps: stage.rays().steps,
         recast_percent: [published, ours].map(|recast| 100.0 * ratio(recast, voxels)),
-        by_rays: by_rays.into_iter().collect::<Result<_, String>>()?,
+        by_rays,
     })
 }
 
@@ -150,9 +172,8 @@ fn print_speed(measured: &Measured) {
         measured,
         |paper, k| [paper.cao_fps[k] / paper.lao_fps[k], paper.solid_fps / paper.cao_fps[k]],
         |m| {
-            let [dense, published] = m.published.map_or([None; 2], |times| times.map(Some));
-            let over = |a: Option<FrameTimes>, b: Option<FrameTimes>| Some(a?.total / b?.total);
-            [over(dense, published), over(dense, Some(m.ours)), over(Some(m.ours), Some(m.solid))]
+            let [published, ours] = m.dense_over_ours().map_or([None; 2], |ratios| ratios.map(Some));
+            [published, ours, Some(m.ours_over_solid())]
         },
     );
     let head = [
@@ -173,7 +194,7 @@ fn print_second_carver(measured: &Measured) {
         |paper, k| [percent_lost(1.0 / paper.two_meshes_fps[k], 1.0 / paper.cao_fps[k])],
         |m| {
             [
-                Some(percent_lost(m.two_carvers.total, m.ours.total)),
+                Some(m.percent_lost()),
                 Some(percent_lost(m.two_carvers.clip_and_cast(), m.ours.clip_and_cast())),
             ]
         },

@@ -1,8 +1,7 @@
 //! Times of carve frames beside those of a dense LAO as published, and the time that other carvers add.
 
 use bevy::{math::DVec3, prelude::*};
-use bevy_contextual_ao::occlusion::Optimizations;
-use bevy_contextual_ao::volume::{VolumeGeometry, WORLD_UNITS_PER_MM};
+use bevy_contextual_ao::{occlusion::Optimizations, volume::VolumeGeometry};
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
@@ -55,52 +54,56 @@ pub fn ours(stage: &mut Stage, options: &Options) -> Result<FrameTimes, String> 
     Ok(stage.medians(options.warmup, options.frames, Stage::carve))
 }
 
+/// Times a camera that turns by a degree a frame: without occlusion, and with it.
+pub fn turning(stage: &mut Stage, options: &Options) -> [FrameTimes; 2] {
+    let times = [ShadingMode::Solid, ShadingMode::Cao].map(|mode| {
+        stage.set_mode(mode);
+        stage.medians(options.warmup, options.frames, |stage, frame| stage.turn_camera(frame as f32))
+    });
+    stage.turn_camera(0.0);
+    times
+}
+
 /// Times frames in which no carver moves: with a camera that turns, beside the same without occlusion, and at rest.
 fn at_rest(stage: &mut Stage, options: &Options) {
-    let turning = |stage: &mut Stage, frame: u32| stage.turn_camera(frame as f32);
-    stage.set_mode(ShadingMode::Solid);
-    let drawn = stage.medians(options.warmup, options.frames, turning);
-    stage.set_mode(ShadingMode::Cao);
-    let turned = stage.medians(options.warmup, options.frames, turning);
+    let [drawn, turned] = turning(stage, options);
     let case = json!({ "case": "camera turns 1 degree, no occlusion" });
     stage.print(merged(case, drawn.to_json()));
     let ratio = turned.total / drawn.total;
     let case = json!({ "case": "camera turns 1 degree", "frame_over_drawing_alone": ratio });
     stage.print(merged(case, turned.to_json()));
-    stage.turn_camera(0.0);
     let rest = stage.medians(options.warmup, options.frames, |_, _| {});
     let jobs = stage.jobs_at_rest();
     stage.print(merged(json!({ "case": "at rest", "jobs": jobs }), rest.to_json()));
 }
 
-/// Times a second eye, a whole image beside the first: at rest, while the head turns, and while a carver moves.
+/// A change that is made before a frame.
+type Change = fn(&mut Stage, u32);
+
+/// Cases in which a second eye is timed, each with the change before a frame.
+pub const EYE_CASES: [(&str, Change); 3] = [
+    ("at rest", |_, _| {}),
+    ("head turns", |stage, frame| stage.turn_camera(frame as f32)),
+    (CARVING, Stage::carve),
+];
+/// Name of the case in which occlusion is cast for both eyes.
+pub const CARVING: &str = "one carver moves";
+
+/// Times one eye, and two eyes with a whole image each.
+pub fn eyes(stage: &mut Stage, change: Change, options: &Options) -> Result<[FrameTimes; 2], String> {
+    stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
+    let one = stage.medians(options.warmup, options.frames, change);
+    stage.open_second_eye();
+    let both = stage.medians(options.warmup, options.frames, change);
+    stage.close_second_eye();
+    stage.turn_camera(0.0);
+    Ok([one, both])
+}
+
+/// Times a second eye: at rest, while the head turns, and while a carver moves.
 fn second_eye(stage: &mut Stage, options: &Options) -> Result<(), String> {
-    const APART_MM: f32 = 63.0;
-    let eye = stage.scene.view;
-    let right = eye.right() * APART_MM * WORLD_UNITS_PER_MM;
-    let second = eye.with_translation(eye.translation + right);
-    type Change = fn(&mut Stage, u32);
-    let changes: [(&str, Change); 3] = [
-        ("at rest", |_, _| {}),
-        ("head turns", |stage, frame| stage.turn_camera(frame as f32)),
-        ("one carver moves", Stage::carve),
-    ];
-    for (case, change) in changes {
-        stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
-        let one = stage.medians(options.warmup, options.frames, change);
-        let camera = (stage.headless.camera(), stage.projection());
-        let world = stage.headless.app.world_mut();
-        let order = Camera { order: 1, ..default() };
-        let camera = world.spawn(camera).insert((order, second)).id();
-        let both = stage.medians(options.warmup, options.frames, |stage, frame| {
-            change(stage, frame);
-            if case == "head turns" {
-                let turn = Transform::from_rotation(Quat::from_rotation_y((frame as f32).to_radians()));
-                stage.headless.app.world_mut().entity_mut(camera).insert(turn * second);
-            }
-        });
-        stage.headless.app.world_mut().despawn(camera);
-        stage.turn_camera(0.0);
+    for (case, change) in EYE_CASES {
+        let [one, both] = eyes(stage, change, options)?;
         let ratio = json!({ "case": format!("two eyes, {case}"), "frame_over_one": both.total / one.total });
         stage.print(merged(ratio, both.to_json()));
     }
@@ -130,18 +133,19 @@ fn more_carvers(stage: &mut Stage, options: &Options) -> Result<(), String> {
     };
     print(stage, 1, one);
     print(stage, 2, two);
-    let many = with(stage, &lattice(&geometry), options)?;
+    let many = with(stage, &lattice(&geometry, DVec3::new(4.0, 4.0, 2.0), CARVER, 0.07), options)?;
     print(stage, 32, many);
     Ok(())
 }
 
-/// Small balls in the cells of a lattice over the grid, except the first carver's cell: 31 balls.
-fn lattice(geometry: &VolumeGeometry) -> Vec<Carver> {
-    let cells = DVec3::new(4.0, 4.0, 2.0);
-    let places = (0..32).map(|k| (DVec3::from([k % 4, k / 4 % 4, k / 16].map(f64::from)) + 0.5) / cells);
+/// Balls of one radius in the cells of a lattice over the grid, except the cell of the carver at `first`.
+pub fn lattice(geometry: &VolumeGeometry, cells: DVec3, first: DVec3, radius: f64) -> Vec<Carver> {
+    let [x, y, z] = cells.to_array().map(|count| count as u32);
+    let cell = |k: u32| DVec3::from([k % x, k / x % y, k / (x * y)].map(f64::from));
+    let places = (0..x * y * z).map(|k| (cell(k) + 0.5) / cells);
     places
-        .filter(|place| (place * cells).floor() != (CARVER * cells).floor())
-        .map(|place| ball(geometry, place, 0.07))
+        .filter(|place| (place * cells).floor() != (first * cells).floor())
+        .map(|place| ball(geometry, place, radius))
         .collect()
 }
 

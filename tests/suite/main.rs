@@ -45,6 +45,7 @@ mod properties;
 mod quality;
 mod ray_methods;
 mod readers;
+mod report;
 mod rigs;
 mod runs;
 mod screen_space;

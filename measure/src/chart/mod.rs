@@ -8,7 +8,7 @@ mod labels;
 mod methods;
 mod panel;
 mod plot;
-mod scenes;
+pub mod scenes;
 mod timing;
 
 use bevy_contextual_ao::prelude::AmbientOcclusion;

@@ -49,7 +49,7 @@ pub fn load(options: &Options) -> Result<Vec<SceneParts>, String> {
 }
 
 /// The generated head without skin, fat and muscle. Its skull is opened above the right eye.
-fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
+pub fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
     let HeadPhantom { dimensions, spacing_mm, values } = head_phantom(voxels_high);
     let function = include_str!("../../../assets/head_phantom.tf.ron");
     let mut function = TransferFunction::from_ron(function).map_err(|error| error.to_string())?;
