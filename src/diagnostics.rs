@@ -8,6 +8,7 @@ use bevy::{
     diagnostic::{DiagnosticPath, DiagnosticsStore},
     prelude::*,
 };
+use core::time::Duration;
 use std::sync::{Arc, Mutex};
 
 use crate::clip::ClipMeshCutOff;
@@ -192,6 +193,7 @@ pub(crate) struct Report {
     pub usage: GpuUsage,
     pub passes: PassLog,
     pub superbricks_tested: u64,
+    pub plan_time: Duration,
     /// Layers that all carvers get together.
     pub layers_wanted: u32,
     /// Carvers whose meshes have more layers than they get.
@@ -250,6 +252,11 @@ impl PassLog {
         self.0.iter().find(|runs| runs.span == span)
     }
 }
+
+/// Time that the CPU took in the last frame to decide which passes it needs, and to write their inputs.
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct PlanTime(pub Duration);
 
 /// Connects the render world's [`Report`] with the main world.
 #[derive(Resource, Clone, Default)]

@@ -11,7 +11,7 @@ use bevy::{
 
 use crate::{
     clip::{ClipMeshCutOff, ClipPlugin, LayersWanted},
-    diagnostics::{CountWork, RenderStatus, ReportChannel, TimePassesByClock},
+    diagnostics::{CountWork, PlanTime, RenderStatus, ReportChannel, TimePassesByClock},
     drawing::VolumeDrawingPlugin,
     occlusion::OcclusionPlugin,
     render::{DeviceSupport, Formats, OcclusionRenderPlugin},
@@ -29,6 +29,7 @@ impl Plugin for ContextualAoPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ReportChannel>()
             .init_resource::<RenderStatus>()
+            .init_resource::<PlanTime>()
             .init_resource::<CountWork>()
             .init_resource::<TimePassesByClock>()
             .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
@@ -79,7 +80,7 @@ fn check_limits(limits: &WgpuLimits) -> Result<(), String> {
 fn receive_report(
     mut commands: Commands,
     channel: Res<ReportChannel>,
-    mut status: ResMut<RenderStatus>,
+    (mut status, mut plan_time): (ResMut<RenderStatus>, ResMut<PlanTime>),
     mut volumes: Query<&mut OcclusionReady>,
     mut layers_wanted: ResMut<LayersWanted>,
     mut cut_off: Local<Vec<ClipMeshCutOff>>,
@@ -94,6 +95,7 @@ fn receive_report(
         superbricks_tested: report.superbricks_tested,
     };
     status.set_if_neq(new);
+    plan_time.set_if_neq(PlanTime(report.plan_time));
     layers_wanted.set_if_neq(LayersWanted(report.layers_wanted));
     if *cut_off != report.cut_off {
         for new in report.cut_off.iter().filter(|new| !cut_off.contains(new)) {

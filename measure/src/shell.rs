@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
-    diagnostics::Work,
+    diagnostics::{ClipWork, Work},
     prelude::*,
     volume::{Intensities, Rescale, VolumeError, VolumeGeometry},
 };
@@ -87,37 +87,75 @@ fn shell_volume(size: u32, spacing_mm: f32) -> Result<Volume, VolumeError> {
 pub struct Measured {
     pub times: FrameTimes,
     pub work: Work,
+    pub clipped: ClipWork,
 }
+
+impl Measured {
+    /// Bricks touched by clipping, and bytes of these, over those of another frame.
+    pub fn touched_over(clipped: &ClipWork, other: &ClipWork) -> [f64; 2] {
+        let bytes = |work: &ClipWork| work.bytes(INTENSITY_BYTES);
+        [ratio(clipped.bricks(), other.bricks()), ratio(bytes(clipped), bytes(other))]
+    }
+}
+
+/// Bytes of a voxel's intensity in the generated volumes.
+const INTENSITY_BYTES: u64 = 2;
+/// Radius of the ball that is as large in voxels in every size.
+const SAME_VOXELS: f32 = 18.0;
 
 /// Measures carve frames of a stage.
 pub fn grown(stage: &mut Stage, options: &Options) -> Result<Measured, String> {
     stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
     let times = stage.medians(options.warmup, options.frames, Stage::carve);
-    let work = stage.count(|stage| stage.carve(options.warmup + options.frames));
-    Ok(Measured { times, work })
+    let (work, clipped) = stage.count_all(|stage| stage.carve(options.warmup + options.frames));
+    Ok(Measured { times, work, clipped })
 }
 
 /// Measures the same scene in more and more voxels, carved by a ball of the same share of it. The number of rays and
 /// of steps of a voxel stays the same. The image has as many pixels along each side as the volume has voxels: work
 /// grows with its surface.
 pub fn growth(options: &Options) -> Result<(), String> {
-    let mut last: Option<Measured> = None;
+    let mut last: Option<(Measured, ClipWork)> = None;
     for size in SIZES.into_iter().filter(|size| *size <= options.most) {
         let mut stage = growing(size)?;
         let grown = grown(&mut stage, options)?;
-        let Measured { times, work } = &grown;
+        let Measured { times, work, clipped } = &grown;
+        let same = same_carver(&mut stage, size)?;
+        let last_clipped = last.as_ref().map(|(last, same)| (&last.clipped, same));
+        let touched = last_clipped.map(|(last, _)| Measured::touched_over(clipped, last));
+        let touched_by_same = last_clipped.map(|(_, last)| Measured::touched_over(&same, last));
+        let last_grown = last.as_ref().map(|(last, _)| last);
         let figures = json!({
             "recast_voxels": work.voxels,
             "samples": work.samples,
-            "samples_over_last_size": last.as_ref().map(|last| ratio(work.samples, last.work.samples)),
-            "frame_over_last_size": last.as_ref().map(|last| times.total / last.times.total),
+            "samples_over_last_size": last_grown.map(|last| ratio(work.samples, last.work.samples)),
+            "frame_over_last_size": last_grown.map(|last| times.total / last.times.total),
             "clip_and_cast_over_last_size":
-                last.as_ref().map(|last| times.clip_and_cast() / last.times.clip_and_cast()),
+                last_grown.map(|last| times.clip_and_cast() / last.times.clip_and_cast()),
+            "bricks": clipped.bricks(),
+            "bricks_clipped": clipped.bricks_clipped,
+            "bricks_expired": clipped.bricks_expired,
+            "superbricks_visited": clipped.superbricks_visited,
+            "superbricks_measured": clipped.superbricks_measured,
+            "clip_bytes": clipped.bytes(INTENSITY_BYTES),
+            "bricks_and_bytes_over_last_size": touched,
+            "same_carver_bricks": same.bricks(),
+            "same_carver_bricks_and_bytes_over_last_size": touched_by_same,
+            "gpu_bytes": stage.usage().bytes,
         });
         stage.print(merged(figures, times.to_json()));
-        last = Some(grown);
+        last = Some((grown, same));
     }
     Ok(())
+}
+
+/// Clipping by a ball of as many voxels in every size, in the same place.
+fn same_carver(stage: &mut Stage, size: u32) -> Result<ClipWork, String> {
+    stage.scale_carver(SAME_VOXELS / (0.28 * size as f32));
+    stage.prepare(ShadingMode::Cao, stage.rays().pattern)?;
+    stage.carve(0);
+    stage.headless.frame();
+    Ok(stage.count_all(|stage| stage.carve(1)).1)
 }
 
 /// Stage of the growing scene in one size.
@@ -155,16 +193,16 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
         stage.turn_camera(frame as f32);
     };
     let times = stage.medians_undisturbed(options.warmup, options.frames, change);
-    let work = stage.count(|stage| change(stage, options.warmup + options.frames));
+    let (work, clipped) = stage.count_all(|stage| change(stage, options.warmup + options.frames));
     change(stage, 0);
-    Ok(Measured { times, work })
+    Ok(Measured { times, work, clipped })
 }
 
 /// Measures the scene of `benches/peers` in each mode.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut stage = beside_peers(PEER_IMAGE, options)?;
     for mode in PEER_MODES {
-        let Measured { times, work } = peer_frames(&mut stage, mode, options)?;
+        let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({
             "mode": mode.name(),
             "frames": options.frames,

@@ -3,7 +3,9 @@
 use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
-    diagnostics::{PassLog, RenderStatus, SPAN_DRAW, TimePassesByClock, Work, latest_gpu_ms},
+    diagnostics::{
+        ClipWork, GpuUsage, PassLog, RenderStatus, SPAN_DRAW, TimePassesByClock, Work, latest_gpu_ms,
+    },
     prelude::*,
     volume::WORLD_UNITS_PER_MM,
 };
@@ -267,8 +269,24 @@ impl Stage {
 
     /// Work of the ray cast in a frame; `change` is made before the frame.
     pub fn count(&mut self, change: impl FnOnce(&mut Self)) -> Work {
+        self.count_all(change).0
+    }
+
+    /// The same, and the work of clipping.
+    pub fn count_all(&mut self, change: impl FnOnce(&mut Self)) -> (Work, ClipWork) {
         change(self);
-        self.headless.count_work(self.scene.volume)
+        self.headless.count_all_work(self.scene.volume)
+    }
+
+    /// Resources on the GPU.
+    pub fn usage(&self) -> GpuUsage {
+        self.headless.app.world().resource::<RenderStatus>().usage
+    }
+
+    /// Makes the first carver larger or smaller, for good.
+    pub fn scale_carver(&mut self, factor: f32) {
+        self.start.scale *= factor;
+        self.move_carver(Vec3::ZERO);
     }
 
     /// Number of jobs that passes did in two frames in which nothing changed.

@@ -15,7 +15,8 @@ use bevy::{
             SetItemPipeline, TrackedRenderPass, ViewSortedRenderPhases,
         },
         render_resource::{
-            BindGroup, BindGroupEntry, BindingResource, PipelineCache, SpecializedRenderPipelines,
+            BindGroup, BindGroupEntry, BindingResource, BufferId, PipelineCache, SpecializedRenderPipelines,
+            TextureViewId,
         },
         renderer::RenderDevice,
         sync_world::MainEntity,
@@ -25,13 +26,21 @@ use bevy::{
 
 use super::pipeline::{DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, VIEW_BINDING, VOLUME_BIND_GROUP};
 use crate::render::{
-    BOX_VERTICES, ClipMaps, ExtractedScene, Formats, MarchedViewUniform, MethodPipelines, RUNS_BINDING,
-    ViewArray, VolumeRuns, VolumeStore, shows, volumes::layouts,
+    BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Formats, KeptGroup, MarchedViewUniform,
+    MethodPipelines, RUNS_BINDING, ViewArray, VolumeRuns, VolumeStore, shows, volumes::layouts,
 };
 
-/// Bind groups of this frame, by the entity of the box; each with the volume in it.
+/// Bind groups of volumes.
 #[derive(Resource, Default)]
-pub(super) struct DrawnVolumes(HashMap<MainEntity, (MainEntity, BindGroup)>);
+pub(super) struct DrawnVolumes {
+    /// Groups of this frame, by the entity of the box; each with the volume in it.
+    by_box: HashMap<MainEntity, (MainEntity, BindGroup)>,
+    kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<BindGroup>>>,
+}
+
+/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, and
+/// what the method makes.
+type Bound = ([BufferId; 3], [TextureViewId; 3]);
 
 /// Draws a volume in a view.
 pub(super) type DrawVolume =
@@ -104,7 +113,9 @@ pub(super) fn bind_volumes(
     device: Res<RenderDevice>,
     mut drawn: ResMut<DrawnVolumes>,
 ) {
-    drawn.0.clear();
+    let DrawnVolumes { by_box, kept } = &mut *drawn;
+    by_box.clear();
+    kept.begin_frame();
     let Some(clip) = &clip_maps.textures else {
         return;
     };
@@ -112,22 +123,29 @@ pub(super) fn bind_volumes(
         let bound = (|| {
             let resources = store.0.get(&volume.entity)?;
             let [views, runs] = runs.of(volume.entity)?.buffers()?;
-            let bindings = resources.bindings(clip, &formats)?;
-            let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
-            let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
-            let own = [
-                (ORIENTATIONS, BindingResource::TextureView(resources.orientations())),
-                (OCCLUSION, BindingResource::TextureView(&resources.occlusion.view)),
-                (RUNS_BINDING, runs.as_entire_binding()),
-                (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),
-            ];
-            let entries = shared.chain(own).map(|(binding, resource)| BindGroupEntry { binding, resource });
-            let entries: Vec<_> = entries.collect();
-            let layout = cache.get_bind_group_layout(&base.layout);
-            let group = device.create_bind_group("contextual_ao_drawn_volume", &layout, &entries);
+            let (orientations, occlusion) = (resources.orientations(), &resources.occlusion.view);
+            let buffers = [views, runs, resources.uniform.buffer()?].map(|buffer| buffer.id());
+            let textures = [&clip.depth.view, orientations, occlusion].map(|view| view.id());
+            let group = kept.of(volume.entity).of((buffers, textures), || {
+                let bindings = resources.bindings(clip, &formats)?;
+                let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
+                let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
+                let own = [
+                    (ORIENTATIONS, BindingResource::TextureView(orientations)),
+                    (OCCLUSION, BindingResource::TextureView(occlusion)),
+                    (RUNS_BINDING, runs.as_entire_binding()),
+                    (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),
+                ];
+                let entries: Vec<_> = shared
+                    .chain(own)
+                    .map(|(binding, resource)| BindGroupEntry { binding, resource })
+                    .collect();
+                let layout = cache.get_bind_group_layout(&base.layout);
+                Some(device.create_bind_group("contextual_ao_drawn_volume", &layout, &entries))
+            })?;
             Some((volume.drawn_on?, (volume.entity, group)))
         })();
-        drawn.0.extend(bound);
+        by_box.extend(bound);
     }
 }
 
@@ -146,7 +164,7 @@ impl<P: PhaseItem, const INDIRECT: bool> RenderCommand<P> for DrawBox<INDIRECT> 
         (drawn, runs): SystemParamItem<'w, '_, Self::Param>,
         pass: &mut TrackedRenderPass<'w>,
     ) -> RenderCommandResult {
-        let found = drawn.into_inner().0.get(&item.main_entity());
+        let found = drawn.into_inner().by_box.get(&item.main_entity());
         let runs = found.and_then(|(volume, group)| Some((group, runs.into_inner().of(*volume)?)));
         let Some((group, runs)) = runs else {
             return RenderCommandResult::Skip;

@@ -101,7 +101,8 @@ pub(crate) fn encode_passes(
     let counted = clips.iter().filter_map(|job| job.carve.as_ref()).filter(|_| scene.count_work);
     for carve in counted {
         let lists = [&carve.superbrick_list, &carve.brick_list];
-        let counts = lists.into_iter().flat_map(|list| [ListEnd::Front, ListEnd::Back].map(|end| (list, end)));
+        let counts =
+            lists.into_iter().flat_map(|list| [ListEnd::Front, ListEnd::Back].map(|end| (list, end)));
         for (name, (list, end)) in CLIP_COUNTERS.into_iter().zip(counts) {
             let count = 4 * u64::from(LIST_HEAD * end as u32 + LIST_HEAD - 1);
             frame.record_word(name, &list.slice(count..count + 4));

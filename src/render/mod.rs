@@ -42,7 +42,9 @@ pub(crate) use carvers::clip_maps::ClipMaps;
 pub(crate) use extract::ExtractedScene;
 pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
+pub(crate) use gpu::kept_group::KeptGroup;
 pub(crate) use gpu::render_pipelines::variants_are_ready;
+pub(crate) use gpu::uniforms::BuffersOf;
 pub use gpu::{
     compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
     device::Gpu,

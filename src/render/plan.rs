@@ -95,6 +95,7 @@ pub(crate) fn plan_volumes(
         if tested > 0 {
             report.superbricks_tested = tested;
         }
+        report.plan_time = carver_plan.began.map_or_else(default, |began| began.elapsed());
         report.usage = store.usage() + clip_maps.usage() + runs.usage();
     }
 }

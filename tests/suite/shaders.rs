@@ -48,7 +48,7 @@ const LIBRARIES: [(&str, &str); 28] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 28] = sources![
+const ENTRIES: [(&str, &str); 29] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -63,6 +63,7 @@ const ENTRIES: [(&str, &str); 28] = sources![
     "views/march.wgsl",
     "methods/rays/mark.wgsl",
     "methods/rays/share.wgsl",
+    "methods/rays/filter_probe.wgsl",
     "methods/rays/cast.wgsl",
     "methods/filtering/densities.wgsl",
     "methods/filtering/means.wgsl",

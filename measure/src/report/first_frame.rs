@@ -57,7 +57,7 @@ fn until_shown(stage: &mut Stage, case: &str, record: &mut Recorder) -> Result<(
 }
 
 fn memory(stage: &Stage, case: &str, record: &mut Recorder) {
-    let usage = stage.headless.app.world().resource::<RenderStatus>().usage;
+    let usage = stage.usage();
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     record.row(case, "volumes and carvers", "MiB", mib(usage.bytes));
     record.row(case, "views", "MiB", mib(usage.view_bytes));

@@ -95,6 +95,21 @@ pub fn growth(record: &mut Recorder) -> Result<(), String> {
             record.row_beside(&case, "samples over the size before", "", samples, Some(GROWTH));
             let frame = measured.times.total / last.times.total;
             record.row_beside(&case, "frame over the size before", "", frame, Some(GROWTH));
+            let [bricks, bytes] = shell::Measured::touched_over(&measured.clipped, &last.clipped);
+            record.row_beside(
+                &case,
+                "bricks touched by clipping over the size before",
+                "",
+                bricks,
+                Some(GROWTH),
+            );
+            record.row_beside(
+                &case,
+                "bytes touched by clipping over the size before",
+                "",
+                bytes,
+                Some(GROWTH),
+            );
         }
         last = Some(measured);
     }

@@ -2,7 +2,7 @@
 
 use bevy::{
     ecs::system::SystemParam,
-    platform::collections::HashMap,
+    platform::{collections::HashMap, time::Instant},
     prelude::*,
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
@@ -45,6 +45,8 @@ pub(crate) struct CarverPlan {
     pub layers_wanted: u32,
     /// Carvers that get fewer layers than their meshes have.
     pub cut_off: Vec<ClipMeshCutOff>,
+    /// When planning began in this frame.
+    pub began: Option<Instant>,
     /// Counts remade maps.
     maps_revision: u64,
 }
@@ -70,6 +72,7 @@ pub(crate) fn plan_carvers(
     mut clip_maps: ResMut<ClipMaps>,
     mut plan: ResMut<CarverPlan>,
 ) {
+    plan.began = Some(Instant::now());
     plan.counts.clear();
     plan.depth_maps.clear();
     plan.dilations.clear();

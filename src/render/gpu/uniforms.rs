@@ -44,7 +44,9 @@ impl<K, B> Default for BuffersOf<K, B> {
 impl<K: Eq + Hash, B: Default> BuffersOf<K, B> {
     /// Begins a frame. Frees the buffers that the previous frame did not ask for.
     pub fn begin_frame(&mut self) {
-        self.before = core::mem::take(&mut self.now);
+        // Both maps keep their room.
+        core::mem::swap(&mut self.now, &mut self.before);
+        self.now.clear();
     }
 
     /// Buffer of a key, as the previous frame left it.

@@ -116,7 +116,9 @@ impl Rays {
         write_if_changed(&mut kept.pass, pass, &gpu.device, &gpu.queue);
         Some(RaysJob {
             volume: frame.group().clone(),
-            mark: marks_any.then(|| self.mark.bind_views(&unmarked, kept, frame, gpu)).flatten(),
+            mark: marks_any
+                .then(|| self.mark.bind_views(&unmarked, self.probe.place_margin(), kept, frame, gpu))
+                .flatten(),
             share: self.share.bind_volume(&resources.bricks, kept, reads_back, gpu)?,
             cast: self.cast.bind_volume(resources, kept, self.counts_work, slices, gpu)?,
         })

@@ -55,6 +55,9 @@ pub(super) struct RayProgress {
 pub(crate) struct Part {
     pub first: UVec2,
     pub end: UVec2,
+    pub place_margin: f32,
+    pub padding: f32,
+    pub more_padding: Vec2,
 }
 
 /// Parts of a volume's views, and their bind group.

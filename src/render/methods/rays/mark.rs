@@ -62,12 +62,15 @@ impl MarkPass {
     pub(super) fn bind_views(
         &self,
         unmarked: &[Option<WindowUniform>],
+        place_margin: f32,
         kept: &mut KeptRays,
         frame: &VolumeFrame,
         gpu: &Gpu,
     ) -> Option<MarkJob> {
         let parts = unmarked.iter().map(|part| part.unwrap_or_default());
-        let parts: Vec<_> = parts.map(|WindowUniform { first, end, .. }| Part { first, end }).collect();
+        let parts: Vec<_> = parts
+            .map(|WindowUniform { first, end, .. }| Part { first, end, place_margin, ..default() })
+            .collect();
         let largest = parts.iter().map(|part| part.end - part.first).reduce(UVec2::max)?;
         let count = parts.len() as u32;
         let MarkParts { parts: written, group, words } = &mut kept.parts;

@@ -20,13 +20,15 @@
 struct Part {
     first: vec2<u32>,
     end: vec2<u32>,
+    // Distance from its cell up to which interpolation may read a texel, texels (`filter_probe`).
+    place_margin: f32,
+    padding: f32,
+    more_padding: vec2<f32>,
 }
 
 @group(1) @binding(0) var<uniform> views: array<MarchedView, VIEWS>;
 @group(1) @binding(1) var<uniform> parts: array<Part, VIEWS>;
 
-// Margin for rounding, texels: drawing may find slightly different places.
-const PLACE_MARGIN: f32 = 1.0 / 256.0;
 // Voxels of a mask word at even places along all axes.
 const EVEN_VOXELS: u32 = 0x0505u;
 
@@ -37,6 +39,7 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if any(pixel >= parts[view].end) {
         return;
     }
+    let margin = parts[view].place_margin;
     let window = views[view].window;
     let ray = view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
     let count = samples_of(ray);
@@ -52,9 +55,9 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             if is_rest {
                 // The cut in front of a sample lies within a step.
                 let along_mm = along_ray(ray, run.first + k);
-                texels = union_of(texels_at(ray, along_mm - volume.draw_step_mm), texels_at(ray, along_mm));
+                texels = union_of(texels_at(ray, along_mm - volume.draw_step_mm, margin), texels_at(ray, along_mm, margin));
             } else {
-                texels = texels_at(ray, slice_of_run(ray, run, k, count).along_mm);
+                texels = texels_at(ray, slice_of_run(ray, run, k, count).along_mm, margin);
             }
             is_stale = has_stale(texels);
             k += 1u;
@@ -84,10 +87,10 @@ struct Texels {
 }
 
 // Texels that drawing reads at a distance along a ray.
-fn texels_at(ray: ViewRay, along_mm: f32) -> Texels {
+fn texels_at(ray: ViewRay, along_mm: f32, margin: f32) -> Texels {
     let p = ray.origin + along_mm * ray.velocity;
     let point = p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5;
-    return Texels(vec3<i32>(floor(point - PLACE_MARGIN)), vec3<i32>(floor(point + PLACE_MARGIN)) + 1);
+    return Texels(vec3<i32>(floor(point - margin)), vec3<i32>(floor(point + margin)) + 1);
 }
 
 fn union_of(a: Texels, b: Texels) -> Texels {

@@ -4,6 +4,7 @@
 //! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `share` (among dispatches) → `cast`.
 
 pub(in crate::render) mod cast;
+mod filter_probe;
 mod frame;
 pub(in crate::render) mod kept;
 mod mark;
@@ -11,7 +12,10 @@ mod share;
 mod table;
 
 use bevy::{
-    asset::embedded_asset, prelude::*, render::render_resource::PipelineCache, shader::load_shader_library,
+    asset::embedded_asset,
+    prelude::*,
+    render::{render_resource::PipelineCache, renderer::RenderDevice},
+    shader::load_shader_library,
 };
 
 use super::{
@@ -28,6 +32,7 @@ use crate::{
     },
 };
 use cast::RayCastPasses;
+use filter_probe::FilterProbe;
 use frame::RaysJob;
 use kept::KeptRays;
 use mark::MarkPass;
@@ -40,6 +45,7 @@ impl Plugin for RaysPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "mark.wgsl");
         load_shader_library!(app, "cast_state.wgsl");
+        embedded_asset!(app, "filter_probe.wgsl");
         embedded_asset!(app, "share.wgsl");
         embedded_asset!(app, "cast.wgsl");
         app.add_plugins(VoxelMethodPlugin::<Rays>::default());
@@ -50,6 +56,7 @@ impl Plugin for RaysPlugin {
 pub(super) struct Rays {
     mark: MarkPass,
     share: SharePass,
+    probe: FilterProbe,
     cast: RayCastPasses,
     counts_work: bool,
 }
@@ -59,6 +66,7 @@ impl FromWorld for Rays {
         Self {
             mark: MarkPass::from_world(world),
             share: SharePass::from_world(world),
+            probe: FilterProbe::from_world(world),
             cast: RayCastPasses::from_world(world),
             counts_work: false,
         }
@@ -77,12 +85,14 @@ impl VoxelMethod for Rays {
         let is_progressive = method.get::<ProgressiveRays>().is_some();
         self.mark.is_ready(cache)
             & self.share.is_ready(cache)
+            & self.probe.is_ready(cache)
             & self.cast.is_ready(self.counts_work, cache)
             & (!is_progressive || self.cast.progressive_is_ready(cache))
     }
 
     fn read(&mut self, world: &World) {
         self.counts_work = world.resource::<ExtractedScene>().count_work;
+        self.probe.begin_frame(world.resource::<RenderDevice>());
     }
 
     fn keep(&self, kept: Option<KeptRays>, volume: &KeptVolume, gpu: &Gpu) -> KeptRays {
@@ -98,6 +108,9 @@ impl VoxelMethod for Rays {
     }
 
     fn encode(&self, jobs: &[RaysJob], frame: &mut Frame, cache: &PipelineCache) {
+        if !jobs.is_empty() {
+            self.probe.encode(frame.encoder(), cache);
+        }
         if self.counts_work {
             frame.encoder().clear_buffer(&self.cast.work, 0, None);
         }
