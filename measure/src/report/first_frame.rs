@@ -1,7 +1,7 @@
 //! Time until a volume is shown with all its occlusion, and the memory that it takes.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::{diagnostics::RenderStatus, prelude::*};
+use bevy_contextual_ao::prelude::*;
 use std::time::Instant;
 
 use super::recorder::Recorder;

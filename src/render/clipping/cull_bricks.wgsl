@@ -29,10 +29,21 @@ fn cull_bricks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     }
     let index = brick_index(brick);
     let center_mm = brick_center_mm(brick);
+    // Voxel centres are up to 1.5 voxels from the middle of a brick.
+    let half_mm = 1.5 * mat3x3(
+        volume.local_from_voxel[0].xyz,
+        volume.local_from_voxel[1].xyz,
+        volume.local_from_voxel[2].xyz,
+    );
     let clips_mm = volume.brick_radius_mm + volume.footprint_mm;
+    // A carver that clips any point of the brick is within its own reach of a voxel centre. So the carvers near a brick
+    // differ only where a changed carver affects the brick.
     var near = 0u;
     for (var i = 0u; i < MAX_CARVERS && carvers[i].operation != OPERATION_NONE; i += 1u) {
-        near |= u32(is_near(carvers[i], center_mm, clips_mm)) << (i % CARVER_BITS);
+        if is_near(carvers[i], center_mm, clips_mm) {
+            let clipping = clip_box(carvers[i], center_mm, half_mm, volume.brick_radius_mm, MOST_TEXELS);
+            near |= u32(clipping.affects_some) << (i % CARVER_BITS);
+        }
     }
     near_carvers[index] = near;
 
@@ -42,12 +53,6 @@ fn cull_bricks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     if !is_listed && is_brick_transparent(index) {
         return;
     }
-    // Voxel centres are up to 1.5 voxels from the middle of a brick.
-    let half_mm = 1.5 * mat3x3(
-        volume.local_from_voxel[0].xyz,
-        volume.local_from_voxel[1].xyz,
-        volume.local_from_voxel[2].xyz,
-    );
     var is_affected = false;
     // Whether past states hide the brick, and whether present states do.
     var is_hidden = vec2(false);

@@ -9,9 +9,9 @@
     bricks::{WIDTH, invocation_index},
     changes::changes,
     clip_pass::clip_pass,
-    clip_test::{clip_box, to_clip_map},
+    clip_test::{BoxClipping, clip_box},
     superbricks::{Superbrick, superbrick_counts, superbrick_index},
-    volume_bindings::{Carver, OPERATION_INTERSECT, volume},
+    volume_bindings::{Carver, volume},
     work_list::{BACK, FRONT, append},
 }
 
@@ -19,8 +19,6 @@
 
 // Dilation texels along a side of a superbrick up to which they are looked at.
 const MOST_TEXELS: i32 = 20;
-// Margin for rounding, clip map space.
-const MARGIN: f32 = 1e-4;
 
 // Superbrick of an invocation, among those from `first` to `end`.
 struct Visited {
@@ -52,21 +50,19 @@ fn cull_superbricks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
     );
     let center_mm = (volume.local_from_voxel * vec4(16.0 * vec3<f32>(here.superbrick) + 7.5, 1.0)).xyz;
     var is_affected = false;
-    // Whether past states hide the superbrick, and whether present states do.
-    var is_hidden = vec2(false);
+    // Whether one carver hides the superbrick in its past and in its present state: then the carver stays near all its
+    // bricks, and no other carver matters there.
+    var is_hidden = false;
     for (var k = 0u; k < clip_pass.changes; k += 1u) {
-        let clipping = clip_box(changes[k], center_mm, 7.5 * voxel_mm, 4.0 * volume.brick_radius_mm, MOST_TEXELS);
-        is_affected |= clipping.affects_some;
-        let is_past = k < clip_pass.past_changes;
-        is_hidden |= vec2(clipping.removes_all) & vec2(is_past, !is_past);
-        // The carvers near a brick are found anew where they may differ. Past and present states come in pairs.
-        if is_past && k + clip_pass.past_changes < clip_pass.changes {
-            let past = nearness(changes[k], center_mm, 6.0 * voxel_mm);
-            let present = nearness(changes[k + clip_pass.past_changes], center_mm, 6.0 * voxel_mm);
-            is_listed |= !any(past & present);
+        let state = clip_superbrick(changes[k], center_mm, voxel_mm);
+        is_affected |= state.affects_some;
+        // Past and present states come in pairs.
+        let present = min(k + clip_pass.past_changes, clip_pass.changes - 1u);
+        if state.removes_all && k < clip_pass.past_changes {
+            is_hidden |= clip_superbrick(changes[present], center_mm, voxel_mm).removes_all;
         }
     }
-    is_listed |= is_affected && !all(is_hidden);
+    is_listed |= is_affected && !is_hidden;
     if is_listed {
         let index = superbrick_index(here.superbrick);
         superbricks[index].listed_in = clip_pass.clipping;
@@ -74,17 +70,8 @@ fn cull_superbricks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
     }
 }
 
-// Whether a carver is certainly near all bricks of a superbrick (`is_near`), and whether it is near none. The middles of
-// the bricks lie in a box, given by its centre and half edges.
-fn nearness(carver: Carver, center_mm: vec3<f32>, half_mm: mat3x3<f32>) -> vec2<bool> {
-    let rows = mat3x3(carver.clip_from_local[0].xyz, carver.clip_from_local[1].xyz, carver.clip_from_local[2].xyz);
-    let edges = transpose(rows) * half_mm;
-    let half = abs(edges[0]) + abs(edges[1]) + abs(edges[2]);
-    let p = to_clip_map(carver, center_mm);
-    let near = (volume.brick_radius_mm + volume.footprint_mm) * vec3(length(rows[0]), length(rows[1]), length(rows[2]));
-    let is_all = all(p - half >= MARGIN - near) && all(p + half <= 1.0 + near - MARGIN);
-    let is_none = any(p + half < -near - MARGIN) || any(p - half > 1.0 + near + MARGIN);
-    return select(vec2(is_all, is_none), vec2(true, false), carver.operation == OPERATION_INTERSECT);
+fn clip_superbrick(carver: Carver, center_mm: vec3<f32>, voxel_mm: mat3x3<f32>) -> BoxClipping {
+    return clip_box(carver, center_mm, 7.5 * voxel_mm, 4.0 * volume.brick_radius_mm, MOST_TEXELS);
 }
 
 @compute @workgroup_size(WIDTH)
