@@ -12,7 +12,7 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
-    bricks::{inverse_step, samples_within},
+    bricks::{inverse_step, leap_along, samples_within},
     clip_test::is_visible,
     runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
@@ -80,7 +80,7 @@ fn alpha_behind(alpha: f32, opacity: f32, steps: f32) -> f32 {
 // then may go on.
 fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
     let step_mm = volume.draw_step_mm;
-    let inverse = inverse_step(step_mm * ray.velocity * vec3<f32>(volume.dimensions));
+    let leap = leap_along(inverse_step(step_mm * ray.velocity * vec3<f32>(volume.dimensions)));
     let count = (*march).count;
     var i = (*march).i;
     var before = (*march).before;
@@ -97,7 +97,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             let point = voxel_at(ray, along_mm);
             let distance = distance_at(point) * volume.draw_leaps;
             // Leaps over empty bricks. It is looked up later whether the last sample in them is clipped.
-            i += select(0u, min(count - i, samples_within(point, inverse, distance)), distance > 0u);
+            i += select(0u, min(count - i, samples_within(point, leap, distance)), distance > 0u);
             before = select(before, UNSEEN, distance > 0u);
             if may_be_visible(intensity_at(ray, along_ray(ray, i))) {
                 break;

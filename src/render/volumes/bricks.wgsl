@@ -107,13 +107,25 @@ fn steps_to_leave(p: vec3<f32>, inverse: vec3<f32>, lower: vec3<f32>, upper: vec
     return min(steps.x, min(steps.y, steps.z));
 }
 
+// What a ray's leaps share, for a ray with so many steps per voxel. Along each axis: these, steps per brick, and steps
+// back to the brick's near side. Lengths are those of `steps_to_leave`, with all divisions and comparisons done.
+struct Leap {
+    inverse: vec3<f32>,
+    per_brick: vec3<f32>,
+    back: vec3<f32>,
+}
+
+fn leap_along(inverse: vec3<f32>) -> Leap {
+    let per_brick = select(4.0 * abs(inverse), vec3(1e6), inverse == vec3(0.0));
+    return Leap(inverse, per_brick, min(4.0 * inverse, vec3(0.0)));
+}
+
 // Number of samples, from this one on, before a ray leaves the bricks nearer than `distance` to the point's brick.
 // `distance` is above 0, in bricks (Chebyshev); 1 is the point's brick alone. Lengths are in voxels. Where these bricks
 // are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
-fn samples_within(p: vec3<f32>, inverse: vec3<f32>, distance: u32) -> u32 {
-    let brick = vec3<f32>(brick_of_point(p));
-    let lower = 4.0 * (brick - f32(distance - 1u));
-    let upper = 4.0 * (brick + f32(distance));
+fn samples_within(p: vec3<f32>, leap: Leap, distance: u32) -> u32 {
+    let brick = floor(0.25 * clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5));
+    let steps = (4.0 * brick - p) * leap.inverse + f32(distance) * leap.per_brick + leap.back;
     // At least 1, so that a loop of leaps ends even where a number is NaN: compiled loops have no guard.
-    return max(u32(clamp(ceil(steps_to_leave(p, inverse, lower, upper)), 1.0, 1e6)), 1u);
+    return max(u32(clamp(ceil(min(steps.x, min(steps.y, steps.z))), 1.0, 1e6)), 1u);
 }

@@ -10,7 +10,7 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
-    bricks::{PENDING, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
+    bricks::{PENDING, leap_along, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
     cast_state::{CastState, RayPass},
     listed::list,
     volume_bindings::{volume, voxel_index},
@@ -93,10 +93,13 @@ fn samples_in_grid(start: vec3<f32>, inverse: vec3<f32>) -> u32 {
 // Equation 2 with M = steps + 1: the mean transmittance along the ray, the voxel itself included.
 fn cast_ray(start: vec3<f32>, step: vec3<f32>, inverse: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
+    let leap = leap_along(inverse);
+    let first_voxel = start * dimensions;
+    let step_voxels = step * dimensions;
     let steps = ray_pass.steps;
     var end = steps;
     if ray_pass.ends_early != 0u {
-        end = min(end, samples_in_grid(start * dimensions, inverse));
+        end = min(end, samples_in_grid(first_voxel, inverse));
     }
     var transmittance = 1.0;
     // Transmittance in whole units. The voxel's own is 1.
@@ -108,12 +111,12 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>, inverse: vec3<f32>) -> f32 {
     while i < end {
         // Leaps have a loop of their own, because lanes that leap would wait for those that take samples.
         while i >= known && i < end {
-            let point = (start + f32(i) * step) * dimensions;
+            let point = first_voxel + f32(i) * step_voxels;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
             atomicAdd(&distances_read, 1u);
 #endif
-            let passed = min(end - i, samples_within(point, inverse, max(distance, 1u)));
+            let passed = min(end - i, samples_within(point, leap, max(distance, 1u)));
             known = i + passed;
             if distance == 0u {
                 break;
