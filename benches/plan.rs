@@ -1,6 +1,8 @@
 //! Time that the CPU takes to plan a frame with many carvers: at rest, and while one or all of them move.
 //!
-//! `cargo bench --bench plan`
+//! `cargo bench --profile dev --bench plan`. The profile is that of all else here, so that Bevy is not built again.
+
+#![allow(missing_docs, reason = "a macro makes the public function")]
 
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{diagnostics::PlanTime, prelude::*};

@@ -27,6 +27,10 @@ impl Changes {
         if !same {
             return Self::All;
         }
+        // Mostly nothing moves, and then no carver need be looked for.
+        if old.carvers == new.carvers {
+            return Self::Carvers { past: Vec::new(), present: Vec::new(), keep_numbers: true };
+        }
         let mut past = Vec::new();
         for &(carver, revision) in old.carvers.iter().filter(|carver| !acts_among(carver, &new.carvers)) {
             if let Some((now, _)) = new.carvers.iter().find(|(_, kept)| *kept == revision) {

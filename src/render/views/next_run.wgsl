@@ -94,7 +94,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
         // Passes over transparent samples.
         while !is_open && i < count {
             let along_mm = along_ray(ray, i);
-            let point = voxel_at(ray, along_mm);
+            let point = 0.25 * voxel_at(ray, along_mm);
             let distance = distance_at(point) * volume.draw_leaps;
             // Leaps over empty bricks. It is looked up later whether the last sample in them is clipped.
             i += select(0u, min(count - i, samples_within(point, leap, distance)), distance > 0u);

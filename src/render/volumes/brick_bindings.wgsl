@@ -4,7 +4,7 @@
 #define_import_path bevy_contextual_ao::brick_bindings
 
 #import bevy_contextual_ao::{
-    bricks::{CARVER_BITS, CARVER_MASK, brick_of_point},
+    bricks::{CARVER_BITS, CARVER_MASK, brick_of_point, within_bricks},
     volume_bindings::volume,
 }
 
@@ -20,6 +20,7 @@ fn carvers_near(p: vec3<f32>) -> u32 {
     return carvers_near_brick(brick_of_point(p));
 }
 
+// The distance of the brick that contains a point, or of the nearest brick. The point is in bricks.
 fn distance_at(p: vec3<f32>) -> u32 {
-    return textureLoad(brick_words, brick_of_point(p), 0).r >> CARVER_BITS;
+    return textureLoad(brick_words, vec3<u32>(within_bricks(p)), 0).r >> CARVER_BITS;
 }

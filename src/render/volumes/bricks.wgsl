@@ -107,25 +107,30 @@ fn steps_to_leave(p: vec3<f32>, inverse: vec3<f32>, lower: vec3<f32>, upper: vec
     return min(steps.x, min(steps.y, steps.z));
 }
 
-// What a ray's leaps share, for a ray with so many steps per voxel. Along each axis: these, steps per brick, and steps
-// back to the brick's near side. Lengths are those of `steps_to_leave`, with all divisions and comparisons done.
+// What a ray's leaps share. Along each axis: steps to the next brick, with a sign and without, and steps back to a
+// brick's near side. They are those of `steps_to_leave`, with all divisions and comparisons done.
 struct Leap {
-    inverse: vec3<f32>,
+    to_next: vec3<f32>,
     per_brick: vec3<f32>,
     back: vec3<f32>,
 }
 
+// Leaps of a ray with so many steps per voxel.
 fn leap_along(inverse: vec3<f32>) -> Leap {
     let per_brick = select(4.0 * abs(inverse), vec3(1e6), inverse == vec3(0.0));
-    return Leap(inverse, per_brick, min(4.0 * inverse, vec3(0.0)));
+    return Leap(4.0 * inverse, per_brick, min(4.0 * inverse, vec3(0.0)));
+}
+
+// The point of the grid nearest to a point on the far sides. Lengths are in bricks.
+fn within_bricks(p: vec3<f32>) -> vec3<f32> {
+    return min(p, 0.25 * vec3<f32>(volume.dimensions) - 0.125);
 }
 
 // Number of samples, from this one on, before a ray leaves the bricks nearer than `distance` to the point's brick.
-// `distance` is above 0, in bricks (Chebyshev); 1 is the point's brick alone. Lengths are in voxels. Where these bricks
-// are empty, rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
+// `distance` is above 0 (Chebyshev); 1 is the point's brick alone. Lengths are in bricks. Where these bricks are empty,
+// rounding is harmless: a point's trilinear footprint ends half a voxel before a brick's.
 fn samples_within(p: vec3<f32>, leap: Leap, distance: u32) -> u32 {
-    let brick = floor(0.25 * clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5));
-    let steps = (4.0 * brick - p) * leap.inverse + f32(distance) * leap.per_brick + leap.back;
+    let steps = (floor(within_bricks(p)) - p) * leap.to_next + f32(distance) * leap.per_brick + leap.back;
     // At least 1, so that a loop of leaps ends even where a number is NaN: compiled loops have no guard.
     return max(u32(clamp(ceil(min(steps.x, min(steps.y, steps.z))), 1.0, 1e6)), 1u);
 }

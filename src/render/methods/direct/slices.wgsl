@@ -63,7 +63,7 @@ fn sample_at(ray: ViewRay, along_mm: f32) -> vec4<f32> {
     let p = ray.origin + along_mm * ray.velocity;
     let point = p * vec3<f32>(volume.dimensions);
     let is_inside = along_mm >= ray.begin_mm && along_mm <= ray.end_mm;
-    if !is_inside || volume.draw_leaps * distance_at(point) > 0u {
+    if !is_inside || volume.draw_leaps * distance_at(0.25 * point) > 0u {
         return vec4(0.0);
     }
     let intensity = textureSampleLevel(intensities, edge_sampler, p, 0.0).r;

@@ -94,12 +94,12 @@ fn samples_in_grid(start: vec3<f32>, inverse: vec3<f32>) -> u32 {
 fn cast_ray(start: vec3<f32>, step: vec3<f32>, inverse: vec3<f32>) -> f32 {
     let dimensions = vec3<f32>(volume.dimensions);
     let leap = leap_along(inverse);
-    let first_voxel = start * dimensions;
-    let step_voxels = step * dimensions;
+    let first_brick = 0.25 * start * dimensions;
+    let step_bricks = 0.25 * step * dimensions;
     let steps = ray_pass.steps;
     var end = steps;
     if ray_pass.ends_early != 0u {
-        end = min(end, samples_in_grid(first_voxel, inverse));
+        end = min(end, samples_in_grid(start * dimensions, inverse));
     }
     var transmittance = 1.0;
     // Transmittance in whole units. The voxel's own is 1.
@@ -111,7 +111,7 @@ fn cast_ray(start: vec3<f32>, step: vec3<f32>, inverse: vec3<f32>) -> f32 {
     while i < end {
         // Leaps have a loop of their own, because lanes that leap would wait for those that take samples.
         while i >= known && i < end {
-            let point = first_voxel + f32(i) * step_voxels;
+            let point = first_brick + f32(i) * step_bricks;
             let distance = distance_at(point);
 #ifdef COUNT_WORK
             atomicAdd(&distances_read, 1u);
