@@ -5,7 +5,7 @@ use bevy::{
 };
 use core::hash::{BuildHasher, Hash};
 
-use super::{MotionQuality, VolumeShading, motion_sampling::MotionSampling};
+use super::{MotionQuality, MotionSampling, VolumeShading};
 use crate::clip::{ClipCamera, ClipMesh, RelativePoses};
 
 /// Everything whose place counts.

@@ -326,7 +326,10 @@ fn vertices_edited_every_frame_carve_in_that_frame() {
         meshes.get_mut(&handle).expect("the box").insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
         scene.headless.frame();
         let now = (scene.occlusion(), scene.headless.image());
-        assert!(now == carved_with(edited), "step {step}");
+        let fresh = carved_with(edited);
+        // Which voxels were asked for beside those that are read depends on what is known of the device by then.
+        assert_eq!(count_different(&now.0, &fresh.0), 0, "step {step}");
+        assert!(now.1 == fresh.1, "step {step}: the image is not the same");
         assert!(now.1 != before, "step {step} shows nothing new");
         before = now.1;
     }

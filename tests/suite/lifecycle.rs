@@ -205,7 +205,7 @@ fn volumes_go_with_their_entity() {
     let data = scene.world().resource_mut::<Assets<Volume>>().add(folded_volume(SIZE, DVec3::ONE));
     let second = scene.world().spawn(VolumeBundle::new(data)).id();
     scene.headless.frames(4);
-    assert_eq!(scene.status().usage.textures, one.textures + 7);
+    assert_eq!(scene.status().usage.textures, one.textures + 6);
     scene.world().despawn(second);
     let volume = scene.volume;
     // Removing the component has the effect of despawning.

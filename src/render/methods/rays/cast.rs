@@ -18,7 +18,10 @@ use bevy::{
     },
 };
 
-use super::kept::{KeptRays, RayPassUniform};
+use super::{
+    kept::{KeptRays, RayPassUniform},
+    slices::{MOST_SLICES, Slices, arguments_of},
+};
 use crate::{
     diagnostics::COUNTERS,
     render::{
@@ -31,34 +34,8 @@ use crate::{
     },
 };
 
-/// Most slices of a cast. Larger volumes have larger slices.
-const MOST_SLICES: u32 = 256;
 /// Distance of two slices' numbers in their buffer, bytes: the largest alignment of a dynamic offset.
 const NUMBER_BYTES: u32 = 256;
-/// Bytes in front of the slices in `CastState` in WGSL, and bytes of a slice.
-const STATE_HEAD: u64 = 20;
-const SLICE_BYTES: u64 = 12;
-
-/// Slices of a ray cast.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Slices {
-    pub count: u32,
-    /// Most words of a slice.
-    pub words: u32,
-}
-
-impl Slices {
-    /// Slices of a list with so many words at most.
-    pub fn of(words: u32, most_words: u32) -> Self {
-        let words_per_slice = most_words.max(words.div_ceil(MOST_SLICES)).max(1);
-        Self { count: words.div_ceil(words_per_slice).max(1), words: words_per_slice }
-    }
-
-    /// Bytes of `CastState` in WGSL.
-    pub fn state_bytes(self) -> u64 {
-        STATE_HEAD + SLICE_BYTES * u64::from(self.count)
-    }
-}
 
 pub(crate) struct RayCastPasses {
     cast: ComputePass,
@@ -80,8 +57,8 @@ pub(crate) struct RayCastJob {
     variant: Variant,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Variant {
+#[derive(Clone, Copy)]
+enum Variant {
     Plain,
     Counting,
     Progressive,
@@ -173,8 +150,9 @@ impl RayCastPasses {
             None => (Variant::Plain, None),
         };
         let (pass, rays) = (kept.pass.buffer()?, kept.rays.buffer()?);
+        // The last buffer tells the variant.
         let buffers = [pass, rays, &state, own.map_or(&state, |(_, buffer)| buffer)];
-        let bound = (buffers.map(|buffer| buffer.id()), volume.occlusion.view.id(), variant);
+        let bound = (buffers.map(|buffer| buffer.id()), volume.occlusion.view.id());
         let group = kept.cast_group.of(bound, || {
             let (opacities, sampler) = (&volume.opacities.view, &gpu.formats.grid_sampler);
             let [pass, rays, state, own_buffer] = buffers.map(|buffer| buffer.as_entire_binding());
@@ -215,21 +193,6 @@ impl RayCastPasses {
         };
         pass.set_bind_group(0, &**volume, &[]);
         pass.set_bind_group(1, &*job.group, &[slice * NUMBER_BYTES]);
-        pass.dispatch_workgroups_indirect(&job.state, STATE_HEAD + SLICE_BYTES * u64::from(slice));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slices_hold_all_words_and_no_more_than_they_may() {
-        assert_eq!(Slices::of(65_536, 65_536), Slices { count: 1, words: 65_536 });
-        assert_eq!(Slices::of(65_537, 65_536), Slices { count: 2, words: 65_536 });
-        assert_eq!(Slices::of(4 << 20, 65_536), Slices { count: 64, words: 65_536 });
-        // No more slices than there are numbers for.
-        assert_eq!(Slices::of(1 << 20, 1), Slices { count: 256, words: 4096 });
-        assert_eq!(Slices::of(3, 0), Slices { count: 3, words: 1 });
+        pass.dispatch_workgroups_indirect(&job.state, arguments_of(slice));
     }
 }

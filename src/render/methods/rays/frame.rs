@@ -5,10 +5,11 @@ use core::ops::Range;
 
 use super::{
     Rays,
-    cast::{RayCastJob, Slices},
+    cast::RayCastJob,
     kept::{KeptRays, RayPassUniform, RayProgress},
     mark::MarkJob,
     share::ShareJob,
+    slices::Slices,
     table::ENTRIES,
 };
 use crate::{

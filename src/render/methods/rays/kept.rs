@@ -11,10 +11,7 @@ use bevy::{
     },
 };
 
-use super::{
-    cast::{Slices, Variant},
-    table::ray_table,
-};
+use super::{slices::Slices, table::ray_table};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, ProgressiveRays},
@@ -118,7 +115,7 @@ pub(crate) struct KeptRays {
     pub state: Option<Buffer>,
     pub(super) waiting: WaitingWords,
     pub(super) share_group: KeptGroup<[BufferId; 3]>,
-    pub(super) cast_group: KeptGroup<([BufferId; 4], TextureViewId, Variant)>,
+    pub(super) cast_group: KeptGroup<([BufferId; 4], TextureViewId)>,
     /// Views that read only valid occlusion.
     pub marked: Vec<WindowUniform>,
 }

@@ -9,6 +9,7 @@ mod frame;
 pub(in crate::render) mod kept;
 mod mark;
 mod share;
+mod slices;
 mod table;
 
 use bevy::{
