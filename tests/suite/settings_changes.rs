@@ -133,7 +133,7 @@ fn a_volume_that_is_there_is_drawn_in_the_frame_in_which_it_comes() {
     let data = world.get::<Volume3d>(second).expect("a volume").clone();
     world.spawn((data, Transform::from_xyz(9.0, 0.0, 0.0)));
     scene.headless.frames(2);
-    assert_eq!(scene.status().usage.textures, one.textures + 6);
+    assert_eq!(scene.status().usage.textures, one.textures + 5);
 }
 
 #[test]
