@@ -101,3 +101,24 @@ fn without_the_budget_all_that_waits_is_cast_at_once() {
     bounded.headless.frame();
     assert_eq!(different_pixels(&whole.headless.image(), &bounded.headless.image()), 0);
 }
+
+#[test]
+fn words_that_wait_are_forgotten_where_everything_changes_unlit() {
+    let (mut whole, carver) = scene(translucent_ramp());
+    let (mut bounded, other_carver) = scene(translucent_ramp());
+    bounded.world().insert_resource(CastBudget { words_per_frame: Some(3), ..default() });
+    for (scene, carver) in [(&mut whole, carver), (&mut bounded, other_carver)] {
+        step(scene, carver, 4);
+        scene.headless.frame();
+        // Nothing is cast in the frame in which all occlusion becomes stale.
+        scene.set_mode(ShadingMode::Solid);
+        let volume = scene.volume;
+        scene.world().get_mut::<AmbientOcclusion>(volume).expect("a volume").sky = Sky::octant(3);
+        scene.headless.frame();
+        scene.world().insert_resource(CastBudget::default());
+        scene.set_mode(ShadingMode::Cao);
+        scene.headless.frame();
+    }
+    assert_eq!(different_pixels(&whole.headless.image(), &bounded.headless.image()), 0);
+    assert_eq!(count_different(&whole.occlusion(), &bounded.occlusion()), 0);
+}

@@ -89,6 +89,10 @@ impl Rays {
         let begins_anew = step.has_changes() && step.is_all_stale;
         if begins_anew {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
+            // The list's first word is the next one, also if nothing is cast in this frame.
+            if let Some(state) = &kept.state {
+                gpu.queue.write_buffer(state, 0, &[0; 4]);
+            }
             kept.waiting.any = false;
         }
         if !marks_any && !lists_stale && !continues && !kept.waiting.any {
@@ -97,9 +101,6 @@ impl Rays {
         let slices = Slices::of(resources.bricks.bricks * MASK_WORDS, frame.cast_budget.words_per_dispatch);
         kept.keep_state(slices, &gpu.device);
         let reads_back = kept.waiting.begin_cast(marks_any || lists_stale, budget.is_none(), gpu);
-        if let Some(state) = kept.state.as_ref().filter(|_| begins_anew) {
-            gpu.queue.write_buffer(state, 0, &[0; 4]);
-        }
 
         let pass = RayPassUniform {
             first_ray: cast.start,
