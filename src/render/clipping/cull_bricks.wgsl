@@ -4,7 +4,7 @@
 // listed only when all bricks are.
 
 #import bevy_contextual_ao::{
-    bricks::{CARVER_BITS, brick_center_mm, brick_counts, brick_index},
+    bricks::{CARVER_BITS, brick_center_mm, brick_counts, brick_index, voxel_edges_mm},
     changes::changes,
     clip_test::{clip_box, is_near},
     emptiness::is_brick_transparent,
@@ -30,11 +30,7 @@ fn cull_bricks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let index = brick_index(brick);
     let center_mm = brick_center_mm(brick);
     // Voxel centres are up to 1.5 voxels from the middle of a brick.
-    let half_mm = 1.5 * mat3x3(
-        volume.local_from_voxel[0].xyz,
-        volume.local_from_voxel[1].xyz,
-        volume.local_from_voxel[2].xyz,
-    );
+    let half_mm = 1.5 * voxel_edges_mm();
     let clips_mm = volume.brick_radius_mm + volume.footprint_mm;
     // A carver that clips any point of the brick is within its own reach of a voxel centre. So the carvers near a brick
     // differ only where a changed carver affects the brick.

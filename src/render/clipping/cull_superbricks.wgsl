@@ -6,7 +6,7 @@
 // distances (`distances.wgsl`).
 
 #import bevy_contextual_ao::{
-    bricks::{WIDTH, invocation_index},
+    bricks::{WIDTH, invocation_index, voxel_edges_mm},
     changes::changes,
     clip_pass::clip_pass,
     clip_test::{BoxClipping, clip_box},
@@ -43,11 +43,7 @@ fn cull_superbricks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
         return;
     }
     var is_listed = clip_pass.visits_all != 0u;
-    let voxel_mm = mat3x3(
-        volume.local_from_voxel[0].xyz,
-        volume.local_from_voxel[1].xyz,
-        volume.local_from_voxel[2].xyz,
-    );
+    let voxel_mm = voxel_edges_mm();
     let center_mm = (volume.local_from_voxel * vec4(16.0 * vec3<f32>(here.superbrick) + 7.5, 1.0)).xyz;
     var is_affected = false;
     // Whether one carver hides the superbrick in its past and in its present state: then the carver stays near all its

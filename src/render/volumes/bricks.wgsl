@@ -51,6 +51,11 @@ fn brick_of_point(p: vec3<f32>) -> vec3<u32> {
     return vec3<u32>(clamp(p, vec3(0.0), vec3<f32>(volume.dimensions) - 0.5)) / 4u;
 }
 
+// Edges of a voxel, volume space, mm.
+fn voxel_edges_mm() -> mat3x3<f32> {
+    return mat3x3(volume.local_from_voxel[0].xyz, volume.local_from_voxel[1].xyz, volume.local_from_voxel[2].xyz);
+}
+
 // Centre of a brick, volume space, mm.
 fn brick_center_mm(brick: vec3<u32>) -> vec3<f32> {
     return (volume.local_from_voxel * vec4(4.0 * vec3<f32>(brick) + 1.5, 1.0)).xyz;
