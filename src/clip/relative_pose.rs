@@ -29,9 +29,8 @@ impl RelativePoses<'_, '_> {
 
     /// The pose by the transforms below the nearest common ancestor; `None` without a common ancestor.
     fn by_common_ancestor(&self, from: Entity, to: Entity) -> Option<DAffine3> {
-        let above_to: Vec<_> = self.ancestors(to).collect();
         self.ancestors(from).find_map(|(ancestor, ancestor_from)| {
-            let (_, ancestor_to) = above_to.iter().find(|(other, _)| *other == ancestor)?;
+            let (_, ancestor_to) = self.ancestors(to).find(|(other, _)| *other == ancestor)?;
             Some(ancestor_to.inverse() * ancestor_from)
         })
     }

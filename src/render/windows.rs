@@ -89,18 +89,24 @@ impl VolumeWindow {
 
 /// Finds the windows onto every volume.
 pub(crate) fn find_windows(scene: Res<ExtractedScene>, views: Views, mut windows: ResMut<VolumeWindows>) {
-    let placed = scene.volumes.iter().filter(|volume| volume.is_placed);
-    windows.0 = placed.map(|volume| (volume.entity, views.of(volume))).collect();
+    // Lists keep their room from frame to frame.
+    windows.0.retain(|entity, _| scene.volumes.iter().any(|volume| volume.entity == *entity));
+    for volume in &scene.volumes {
+        let onto = windows.0.entry(volume.entity).or_default();
+        onto.clear();
+        if volume.is_placed {
+            onto.extend(views.of(volume));
+        }
+    }
 }
 
 impl Views<'_, '_> {
     /// Windows onto a volume, in the views that show it.
-    fn of(&self, volume: &ExtractedVolume) -> Vec<VolumeWindow> {
+    fn of(&self, volume: &ExtractedVolume) -> impl Iterator<Item = VolumeWindow> {
         self.cameras
             .iter()
             .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
             .filter_map(|view| window(view.entity, view.view, view.jitter, volume))
-            .collect()
     }
 }
 
