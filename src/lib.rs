@@ -65,8 +65,8 @@ pub mod prelude {
         },
         occlusion::{
             AmbientOcclusion, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod, OcclusionRays,
-            OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute, Sky, VolumeLighting,
-            VolumeShading,
+            OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute, Reconstruction, Sky,
+            VolumeLighting, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

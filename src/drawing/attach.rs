@@ -7,7 +7,7 @@ use bevy::{
 
 use super::pipeline::{DrawVariant, DrawnVariants};
 use crate::{
-    occlusion::{FittedOcclusion, ShownOcclusion},
+    occlusion::{FittedOcclusion, ShownOcclusion, VolumeShading},
     render::{CompilesInBackground, MethodPipelines},
     volume::{DrawnBox, LookupTable, VolumeBox, WORLD_UNITS_PER_MM},
 };
@@ -19,7 +19,7 @@ pub(super) fn attach_boxes(
     mut volumes: Query<(
         Entity,
         &LookupTable,
-        (&FittedOcclusion, Option<&mut ShownOcclusion>),
+        (&FittedOcclusion, &VolumeShading, Option<&mut ShownOcclusion>),
         &GlobalTransform,
         Option<&RenderLayers>,
         Option<&VolumeBox>,
@@ -29,7 +29,7 @@ pub(super) fn attach_boxes(
     methods: Res<MethodPipelines>,
     variants: Res<DrawnVariants>,
 ) {
-    for (entity, table, (fitted, shown), transform, layers, volume_box) in &mut volumes {
+    for (entity, table, (fitted, shading, shown), transform, layers, volume_box) in &mut volumes {
         // A `VolumeBox` that was copied with its entity names the child of the original.
         let child = volume_box.map(|volume_box| volume_box.0);
         let there = child.and_then(|child| boxes.get(child).ok()).filter(|(of, ..)| of.parent() == entity);
@@ -57,14 +57,15 @@ pub(super) fn attach_boxes(
         }
         // The computed and the drawn occlusion change in the same frame.
         let are_there = methods.are_there_for(&fitted.occlusion.method)
-            & variants.are_there_for(DrawVariant::of(&fitted.occlusion));
+            & variants.are_there_for(DrawVariant::of(&fitted.occlusion, shading.reconstruction));
+        let new = || ShownOcclusion { fitted: fitted.clone(), reconstruction: shading.reconstruction };
         match shown {
             Some(mut shown) if are_there || !in_background.0 => {
-                shown.set_if_neq(ShownOcclusion(fitted.clone()));
+                shown.set_if_neq(new());
             }
             Some(_) => {}
             None => {
-                commands.entity(entity).try_insert(ShownOcclusion(fitted.clone()));
+                commands.entity(entity).try_insert(new());
             }
         }
     }

@@ -18,7 +18,7 @@ use bevy::{
 use std::sync::{Arc, Mutex};
 
 use crate::{
-    occlusion::{AmbientOcclusion, OcclusionTexels},
+    occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction},
     render::{DeviceSupport, MarchedViewUniform, RUNS_BINDING, variants_are_ready, volumes::layouts},
 };
 
@@ -45,6 +45,7 @@ pub(super) struct DrawVariant {
     texels: Option<&'static str>,
     /// Whether only an isosurface is drawn.
     is_isosurface: bool,
+    reconstruction: Reconstruction,
     pub rays: RaysDrawn,
 }
 
@@ -70,11 +71,12 @@ impl RaysDrawn {
 }
 
 impl DrawVariant {
-    pub fn of(occlusion: &AmbientOcclusion) -> Self {
+    pub fn of(occlusion: &AmbientOcclusion, reconstruction: Reconstruction) -> Self {
         let texels = occlusion.texels();
         Self {
             texels: texels.shader_def(),
             is_isosurface: occlusion.method.settings().drawing().draws_surface,
+            reconstruction,
             // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
         }
@@ -131,7 +133,7 @@ impl SpecializedRenderPipeline for DrawPipeline {
         let groups = ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"]
             .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP as u32));
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
-        let rays = variant.rays.shader_defs().iter().copied();
+        let rays = variant.rays.shader_defs().iter().copied().chain(variant.reconstruction.shader_def());
         let variant = variant.texels.into_iter().chain(isosurface).chain(rays).map(ShaderDefVal::from);
         let own = groups.into_iter().chain(variant);
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);

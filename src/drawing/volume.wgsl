@@ -24,24 +24,26 @@
 }
 #endif
 #import bevy_contextual_ao::{
+    orientation::{Cut, NO_CUT},
     marched_view::MarchedView,
     next_run::{intensity_at, march_behind, next_run},
+    preintegration::{extinction_between, slice_opacity, table_place},
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay, samples_of, view_ray},
-    volume_bindings::{classify_intensity, correct_opacity, edge_sampler, volume},
+    volume_bindings::{edge_sampler, volume},
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
 @group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
 
 // The share of the light that reaches a point.
-fn ambient_at(p: vec3<f32>) -> f32 {
+fn ambient_at(p: vec3<f32>, cut: Cut) -> f32 {
 #ifdef OCTANTS
     let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
     let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
-    let factor = octants_factor(Octants(low, high), inward(p));
+    let factor = octants_factor(Octants(low, high), inward(p, cut));
 #else
     let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
 #endif
@@ -54,33 +56,71 @@ struct Pixel {
     alpha: f32,
 }
 
-// Adds a slice of a ray to a pixel.
-fn accumulate(before: Pixel, slice: Slice, ray: ViewRay) -> Pixel {
-    let p = ray.origin + slice.along_mm * ray.velocity;
-    let sample = classify_intensity(intensity_at(ray, slice.along_mm));
-    var unit_opacity = sample.a;
+// A slice is shaded where half of its opacity lies in front, found to a part of the slice by halving.
+const PLACE_HALVINGS: i32 = 5;
+// Slices of less opacity are shaded in their middle.
+const THIN: f32 = 0.1;
+
+// The share of a slice that lies in front of the place to shade. Its intensities change from `first` to `last`.
+fn place_in_slice(first: f32, last: f32, steps: f32, opacity: f32) -> f32 {
+    if opacity < THIN {
+        return 0.5;
+    }
+    let before = table_place(first);
+    let half = -log(1.0 - 0.5 * opacity) / (steps * volume.draw_exponent);
+    var near = 0.0;
+    var far = 1.0;
+    for (var k = 0; k < PLACE_HALVINGS; k += 1) {
+        let middle = 0.5 * (near + far);
+        let depth = middle * extinction_between(before, table_place(mix(first, last, middle))).w;
+        near = select(near, middle, depth < half);
+        far = select(middle, far, depth < half);
+    }
+    return 0.5 * (near + far);
+}
+
+// A cut as seen from a point of the ray behind it.
+fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
+    return Cut(ray.origin + cut_mm * ray.velocity, saturate(1.0 - (along_mm - cut_mm) / volume.voxel_mm));
+}
+
+// Adds a slice of a ray to a pixel. Its intensities change from `first` to `last`.
+fn accumulate(before: Pixel, slice: Slice, first: f32, last: f32, ray: ViewRay, cut_mm: f32) -> Pixel {
+    let mean = extinction_between(table_place(first), table_place(last));
+    var extinction = mean.w;
 #ifdef MODULATED
-    let share = textureSampleLevel(occlusion, edge_sampler, p, 0.0).g;
-    unit_opacity *= mix(1.0, share, volume.occlusion_share);
+    let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
+    let share = mix(1.0, textureSampleLevel(occlusion, edge_sampler, middle, 0.0).g, volume.occlusion_share);
+    // The opacity of a unit distance is modulated.
+    extinction = -log(1.0 - share * (1.0 - exp(-extinction)));
 #endif
-    let opacity =
-        (1.0 - before.alpha) * correct_opacity(unit_opacity, slice.steps * volume.draw_exponent);
+    let slice_alpha = slice_opacity(extinction, slice.steps);
+    let opacity = (1.0 - before.alpha) * slice_alpha;
     if slice.steps <= 0.0 || opacity <= 0.0 {
         return before;
     }
-    let color = shade(sample.rgb, opacity, p, ray.direction, ambient_at(p));
+    let part = place_in_slice(first, last, slice.steps, slice_alpha);
+    let along_mm = mix(slice.begin_mm, slice.end_mm, part);
+    let p = ray.origin + along_mm * ray.velocity;
+    let cut = cut_before(ray, cut_mm, along_mm);
+    let color = shade(mean.rgb / mean.w, opacity, p, ray.direction, ambient_at(p, cut), cut);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 
 fn accumulate_run(before: Pixel, run: Run, ray: ViewRay, end: u32) -> Pixel {
     var pixel = before;
+    // A ray that begins in the volume's box begins at a cut too.
+    let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
+    var first = intensity_at(ray, slice_of_run(ray, run, 0u, end).begin_mm);
     for (var k = 0u; k < slices_of(run) && pixel.alpha < OPAQUE; k += 1u) {
         let slice = slice_of_run(ray, run, k, end);
         // Opaque geometry hides the rest.
         if slice.steps < 0.0 {
             break;
         }
-        pixel = accumulate(pixel, slice, ray);
+        let last = intensity_at(ray, slice.end_mm);
+        pixel = accumulate(pixel, slice, first, last, ray, cut_mm);
+        first = last;
     }
     return pixel;
 }
@@ -112,7 +152,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef ISOSURFACE
     let hit = surface_hit(ray);
     // No branch on a hit: inside such a branch, the shading's branches would depend on uniforms alone.
-    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p));
+    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p, NO_CUT), NO_CUT);
     var pixel = Pixel(hit.alpha * color, hit.alpha);
 #else
     var pixel = Pixel(vec3(0.0), 0.0);

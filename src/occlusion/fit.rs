@@ -4,6 +4,7 @@ use bevy::{prelude::*, render::renderer::RenderDevice};
 
 use super::{
     AmbientOcclusion, MethodBytes, OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall,
+    Reconstruction,
 };
 use crate::volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget};
 
@@ -24,9 +25,13 @@ impl FittedOcclusion {
     }
 }
 
-/// The occlusion that is computed and drawn. While pipelines are being compiled it is the previous one.
+/// The occlusion that is computed and drawn, and the filter. While pipelines are being compiled these are the previous
+/// ones.
 #[derive(Component, PartialEq)]
-pub(crate) struct ShownOcclusion(pub FittedOcclusion);
+pub(crate) struct ShownOcclusion {
+    pub fitted: FittedOcclusion,
+    pub reconstruction: Reconstruction,
+}
 
 /// Memory that a method takes for a volume of these dimensions, with the occlusion texture beyond a scalar a voxel.
 fn method_bytes(occlusion: &AmbientOcclusion, dimensions: UVec3, stored: StoredBytes) -> MethodBytes {

@@ -49,8 +49,8 @@ pub use quality::Quality;
 pub use rays::{OcclusionRays, OcclusionResolution};
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
-pub use settings::{AmbientOcclusion, Recompute};
-pub use shading::{VolumeLighting, VolumeShading};
+pub use settings::{AmbientOcclusion, Recompute, VoxelOpacities};
+pub use shading::{Reconstruction, VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 #[cfg(feature = "other_methods")]

@@ -16,8 +16,24 @@ pub struct AmbientOcclusion {
     pub method: OcclusionMethod,
     /// Light from each octant of directions. Rays and sweeping use it, the other methods ignore it.
     pub sky: Sky,
+    /// Opacity of a voxel, as occlusion sees it.
+    pub opacities: VoxelOpacities,
     /// Occlusion that is recomputed in a frame. The image is the same either way.
     pub recompute: Recompute,
+}
+
+/// Opacity of a voxel, as occlusion sees it.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
+pub enum VoxelOpacities {
+    /// That of the voxel's own intensity, as published. Steep transfer functions make it 0 or 1, and occlusion shows
+    /// the voxels as steps.
+    OfCenters,
+    /// The mean of the transfer function over the intensities in the voxel. Steep transfer functions give smooth
+    /// occlusion. Clipping a voxel reads its 6 neighbours as well.
+    #[default]
+    Means,
 }
 
 /// Occlusion that is recomputed in a frame.

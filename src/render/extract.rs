@@ -160,7 +160,7 @@ pub(crate) fn extract_scene(
     let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
     extracted.clear();
     extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
-        let occlusion = &shown.0;
+        let occlusion = &shown.fitted;
         let (shading, in_motion) = shading;
         let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
         let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
@@ -172,7 +172,12 @@ pub(crate) fn extract_scene(
             occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
             has_occlusion: occlusion.has_occlusion(),
             awaits_pipelines: wanted != occlusion,
-            shading: VolumeShading { ambient_occlusion: uses_occlusion, step_voxels, ..shading.clone() },
+            shading: VolumeShading {
+                ambient_occlusion: uses_occlusion,
+                step_voxels,
+                reconstruction: shown.reconstruction,
+                ..shading.clone()
+            },
             recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
             world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
             carvers: carvers_of(entity, carvers, &poses),

@@ -124,15 +124,17 @@ fn write_volume(
     scene: &ExtractedScene,
     gpu: &Gpu,
 ) -> bool {
-    resources.upload(volume, &gpu.queue);
     let table: CarverTable = carvers.iter().map(|(carver, _)| *carver).collect();
     let sizes = [clip.depth_map_size, clip.dilation_map_size()];
     let largest = resources.gpu_volume.largest_stored;
     let drawn = resources.kept.as_ref().and_then(|kept| kept.drawn_intensities());
     let uniform =
         VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), &scene.optimizations);
+    resources.upload(volume, uniform.step_lengths(), &gpu.queue);
+    let filter = Some(volume.shading.reconstruction);
+    let is_filtered_anew = core::mem::replace(&mut resources.state.reconstruction, filter) != filter;
     write_if_changed(&mut resources.carvers, table, &gpu.device, &gpu.queue);
-    write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue)
+    write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue) || is_filtered_anew
 }
 
 /// Inputs for planning the passes over one volume.
@@ -224,6 +226,6 @@ impl Planning<'_, '_> {
             runs.plan_without(windows, self.gpu);
             return None;
         }
-        self.march.plan(windows, runs, stale, groups, self.gpu)
+        self.march.plan(volume.shading.reconstruction, windows, runs, stale, groups, self.gpu)
     }
 }

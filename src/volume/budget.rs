@@ -101,7 +101,7 @@ impl VolumeSize {
     /// Bytes of the lookup table (three rows), of the counts of opaque entries before each entry, and of the list
     /// heads.
     const BYTES_OF_TABLES: u64 =
-        3 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
+        7 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
 }
 
 /// A volume that does not fit, with the dimensions that would fit.

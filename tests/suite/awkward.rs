@@ -5,6 +5,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
+    occlusion::VoxelOpacities,
     prelude::*,
     volume::{Intensities, LookupTable, Rescale},
 };
@@ -106,7 +107,8 @@ fn a_step_in_the_transfer_function_has_two_sides() {
         Intensities::U8(values) => values.iter().map(|&value| if value >= 100 { 255 } else { 0 }).collect(),
         Intensities::U16(_) => unreachable!("the test volume has 8 bits"),
     };
-    let mut scene = TestScene::new(volume, step, few_rays(), ShadingMode::Cao);
+    let occlusion = AmbientOcclusion { opacities: VoxelOpacities::OfCenters, ..few_rays() };
+    let mut scene = TestScene::new(volume, step, occlusion, ShadingMode::Cao);
     scene.settle();
     let wrong = scene.opacities().iter().zip(&expected).filter(|(a, b)| a != b).count();
     assert_eq!(wrong, 0);

@@ -5,7 +5,7 @@ use bevy_contextual_ao::prelude::*;
 
 use crate::headless::voxel_at;
 
-/// Numbers on a grid, trilinear in between. Beyond the outermost voxels' centres, they stay constant.
+/// Numbers on a grid, trilinear or cubic in between. Beyond the outermost voxels' centres, they stay constant.
 pub struct Field {
     size: UVec3,
     values: Vec<f64>,
@@ -43,5 +43,27 @@ impl Field {
             weight * self.values[((voxel.z * self.size.y + voxel.y) * self.size.x + voxel.x) as usize]
         };
         (0..8).map(corner).sum()
+    }
+
+    /// The same number by a tricubic B-spline.
+    pub fn spline_at(&self, place: DVec3) -> f64 {
+        let first = place.floor();
+        let f = place - first;
+        let weights = |f: f64| {
+            [
+                (1.0 - f).powi(3),
+                4.0 - 6.0 * f * f + 3.0 * f.powi(3),
+                1.0 + 3.0 * f + 3.0 * f * f - 3.0 * f.powi(3),
+                f.powi(3),
+            ]
+        };
+        let [x, y, z] = f.to_array().map(weights);
+        let value = |k: usize| {
+            let offset = [k % 4, k / 4 % 4, k / 16];
+            let voxel = first + DVec3::from_array(offset.map(|offset| offset as f64 - 1.0));
+            // Whole places have one voxel each.
+            x[offset[0]] * y[offset[1]] * z[offset[2]] / 216.0 * self.at(voxel)
+        };
+        (0..64).map(value).sum()
     }
 }

@@ -83,17 +83,18 @@ fn in_all_variants(drawn: Vec<Drawn>) -> Vec<Drawn> {
     const TEXELS: [&[&str]; 3] = [&[], &["OCTANTS"], &["MODULATED"]];
     const SURFACES: [&[&str]; 2] = [&[], &["ISOSURFACE"]];
     const DEPTHS: [&[&str]; 2] = [&[], &["DEPTH_PREPASS"]];
+    const FILTERS: [&[&str]; 2] = [&[], &["TRICUBIC"]];
     let is_varied = |def: &ShaderDefVal| {
         let ShaderDefVal::Bool(name, _) = def else { return false };
-        let lists = [&TEXELS[..], &SURFACES[..], &DEPTHS[..]].concat();
+        let lists = [&TEXELS[..], &SURFACES[..], &DEPTHS[..], &FILTERS[..]].concat();
         lists.concat().contains(&name.as_str())
     };
     let mut variants = Vec::new();
     for (id, defs) in drawn {
         let kept: Vec<_> = defs.into_iter().filter(|def| !is_varied(def)).collect();
         for (texels, surface) in TEXELS.iter().flat_map(|texels| SURFACES.map(|surface| (texels, surface))) {
-            for depth in DEPTHS {
-                let chosen = [*texels, surface, depth].concat().into_iter().map(ShaderDefVal::from);
+            for (depth, filter) in DEPTHS.iter().flat_map(|depth| FILTERS.map(|filter| (depth, filter))) {
+                let chosen = [*texels, surface, depth, filter].concat().into_iter().map(ShaderDefVal::from);
                 variants.push((id, kept.iter().cloned().chain(chosen).collect()));
             }
         }
@@ -117,7 +118,7 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
         }
     }
     let mut shaders = in_all_variants(drawn(&scene, "drawing/volume.wgsl"));
-    assert!(shaders.len() >= 3 * 12, "{} variants of drawing", shaders.len());
+    assert!(shaders.len() >= 3 * 24, "{} variants of drawing", shaders.len());
     for (file, least) in [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2)] {
         let drawn = drawn(&scene, file);
         assert!(drawn.len() >= least, "{} variants of {file}", drawn.len());

@@ -45,6 +45,7 @@ mod properties;
 mod quality;
 mod ray_methods;
 mod readers;
+mod reconstruction;
 mod report;
 mod rigs;
 mod runs;

@@ -4,7 +4,9 @@ use bevy::{
     math::{DMat4, DVec3},
     prelude::*,
 };
-use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::VolumeGeometry};
+use bevy_contextual_ao::{
+    occlusion::VoxelOpacities, prelude::*, render::VolumeTexture, volume::VolumeGeometry,
+};
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::headless::voxel_at;
@@ -65,6 +67,7 @@ impl Oracle {
 }
 
 fn check(dimensions: UVec3, spacing: DVec3, function: TransferFunction, occlusion: AmbientOcclusion) {
+    let occlusion = AmbientOcclusion { opacities: VoxelOpacities::OfCenters, ..occlusion };
     let volume = folded_volume(dimensions, spacing);
     let geometry = VolumeGeometry::of(&volume);
     // Defined opacities: the transfer function at the voxel, corrected for the step. The renderer stores them in a

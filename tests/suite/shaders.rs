@@ -17,8 +17,10 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 28] = sources![
+const LIBRARIES: [(&str, &str); 30] = sources![
     "volumes/bindings.wgsl",
+    "volumes/preintegration.wgsl",
+    "volumes/reconstruction.wgsl",
     "volumes/bricks.wgsl",
     "volumes/superbricks.wgsl",
     "volumes/brick_bindings.wgsl",
@@ -90,6 +92,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "carvers/peel.wgsl" => &["SEVERAL_LAYERS"],
         "carvers/dilate.wgsl" => &["REDUCE"],
         "clipping/clip.wgsl" => &["STORE_R8"],
+        "views/march.wgsl" => &["TRICUBIC"],
         "methods/direct/slices.wgsl" => &["MULTISAMPLED"],
         "clipping/static_distances.wgsl" => &["OCCUPY"],
         "clipping/distances.wgsl" => &["FIND_SEEN"],

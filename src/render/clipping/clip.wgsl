@@ -14,7 +14,8 @@
     emptiness::{is_brick_transparent, is_range_transparent},
     listed::{NOTHING, listed_item},
     clip_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, clip_pass},
-    volume_bindings::{classify_intensity, correct_opacity, intensities, volume},
+    preintegration::occlusion_opacity_between,
+    volume_bindings::{intensities, volume},
     voxel_masks::voxel_masks,
     work_list::{FRONT, append},
 }
@@ -50,8 +51,7 @@ fn clip(
     } else {
         let is_old = is_stale(local_position(vec3<f32>(voxel)));
         atomicOr(&stale[word], select(0u, bit, is_old));
-        let intensity = textureLoad(intensities, voxel, 0).r;
-        let opacity = correct_opacity(classify_intensity(intensity).a, volume.occlusion_exponent);
+        let opacity = opacity_of_voxel(voxel);
         let near = near_carvers[brick] | volume.tests_all_carvers;
         let clipping = clip_voxel(vec3<f32>(voxel), near, opacity > 0.0);
         textureStore(opacities, voxel, vec4(opacity * clipping.coverage, 0.0, 0.0, 0.0));
@@ -75,6 +75,31 @@ fn clip(
     }
 }
 
+fn intensity_of(voxel: vec3<i32>) -> f32 {
+    return textureLoad(intensities, clamp(voxel, vec3(0), vec3<i32>(volume.dimensions) - 1), 0).r;
+}
+
+// Opacity of an occlusion step in a voxel: the mean over the intensities in the voxel. A linear change of intensity
+// spreads them over half the gradient's length to either side, as an even distribution of the same variance. They stay
+// between the intensities of the neighbours. The published opacity is that of the voxel's own intensity.
+fn opacity_of_voxel(voxel: vec3<u32>) -> f32 {
+    let place = vec3<i32>(voxel);
+    let own = intensity_of(place);
+    var gradient = vec3(0.0);
+    var lowest = own;
+    var highest = own;
+    for (var axis = 0; axis < 3; axis += 1) {
+        let step = vec3<i32>(vec3(axis) == vec3(0, 1, 2));
+        let before = intensity_of(place - step);
+        let behind = intensity_of(place + step);
+        gradient += 0.5 * (behind - before) * vec3<f32>(step);
+        lowest = min(lowest, min(before, behind));
+        highest = max(highest, max(before, behind));
+    }
+    let half = 0.5 * length(gradient) * volume.footprint_share;
+    return occlusion_opacity_between(max(own - half, lowest), min(own + half, highest));
+}
+
 // Whether a stale voxel is to be cast although no view asked for it.
 fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     let stride = volume.occlusion_stride;
@@ -93,16 +118,20 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     }
 }
 
-// Whether anything in the cells around a voxel can be visible.
+// Farthest voxel along an axis whose intensity decides whether anything is drawn in the cells around a voxel. A tricubic
+// intensity there reads two voxels farther on, and a slice is shaded up to a voxel from its ends.
+const DECIDES: i32 = 3;
+
+// Whether drawing can read a voxel's occlusion.
 fn is_sampleable(voxel: vec3<u32>) -> bool {
-    let last = vec3<i32>(volume.dimensions) - 1;
     var lowest = 1.0;
     var highest = 0.0;
-    for (var k = 0; k < 27; k += 1) {
-        let neighbor = vec3<i32>(voxel) + vec3(k % 3, (k / 3) % 3, k / 9) - 1;
-        let intensity = textureLoad(intensities, clamp(neighbor, vec3(0), last), 0).r;
+    const SIDE: i32 = 2 * DECIDES + 1;
+    for (var k = 0; k < SIDE * SIDE * SIDE; k += 1) {
+        let intensity = intensity_of(vec3<i32>(voxel) + vec3(k % SIDE, (k / SIDE) % SIDE, k / (SIDE * SIDE)) - DECIDES);
         lowest = min(lowest, intensity);
         highest = max(highest, intensity);
     }
-    return !is_range_transparent(lowest, highest);
+    // Longer slices are shaded farther from their ends.
+    return !is_range_transparent(lowest, highest) || volume.draw_step_mm > volume.voxel_mm;
 }

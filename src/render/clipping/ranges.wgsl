@@ -1,5 +1,6 @@
 // Range of intensities around every brick. It covers all points that read the brick's occlusion. They lie up to one
 // voxel beyond its outermost voxel centres. Where 2x2x2 voxels have one factor, they lie up to 1.5 voxels beyond.
+// Tricubic intensities there depend on one more voxel, and so do opacities that are means over a voxel.
 
 #import bevy_contextual_ao::{
     bricks::{WIDTH, brick_at, number_of_bricks, invocation_index},
@@ -14,7 +15,7 @@ fn find_ranges(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     if index >= number_of_bricks() {
         return;
     }
-    let margin = i32(volume.occlusion_stride);
+    let margin = i32(volume.occlusion_stride) + 1;
     let first = vec3<i32>(4u * brick_at(index)) - margin;
     let size = 4 + 2 * margin;
     let last = vec3<i32>(volume.dimensions) - 1;

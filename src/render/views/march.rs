@@ -13,6 +13,7 @@ use super::{
     dispatch::{VIEWS_AT_ONCE, ViewArray, ViewParts, encode_views},
     runs::{MarchedViewUniform, Stale, ViewRuns},
 };
+use crate::occlusion::Reconstruction;
 use crate::render::{
     gpu::{
         compute_pass::{ComputePass, PassDescriptor},
@@ -22,12 +23,16 @@ use crate::render::{
     windows::VolumeWindow,
 };
 
-/// Follows the view rays of a volume.
-#[derive(Resource, Deref)]
-pub(crate) struct MarchPass(ComputePass);
+/// Follows the view rays of a volume, with either filter.
+#[derive(Resource)]
+pub(crate) struct MarchPass {
+    trilinear: ComputePass,
+    tricubic: ComputePass,
+}
 
 /// March of the views of one volume.
 pub(crate) struct MarchJob {
+    reconstruction: Reconstruction,
     volume: BindGroup,
     views: BindGroup,
     parts: ViewParts,
@@ -38,32 +43,50 @@ impl FromWorld for MarchPass {
         let written = storage_buffer_sized(false, None);
         let views = uniform_buffer_sized(true, None);
         let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written));
-        let descriptor = PassDescriptor {
-            name: "contextual_ao_march",
-            shader: load_embedded_asset!(world, "march.wgsl"),
-            before: vec![bricks_layout()],
-            own: &own,
-            ..default()
+        let pass = |reconstruction: Reconstruction| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_march",
+                shader: load_embedded_asset!(world, "march.wgsl"),
+                shader_defs: reconstruction.shader_def().map(Into::into).into_iter().collect(),
+                before: vec![bricks_layout()],
+                own: &own,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
         };
-        Self(ComputePass::new(world, descriptor))
+        Self { trilinear: pass(Reconstruction::Trilinear), tricubic: pass(Reconstruction::Tricubic) }
     }
 }
 
 impl MarchPass {
+    /// Whether the pipelines of both filters are compiled.
+    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
+        self.trilinear.is_ready(cache) & self.tricubic.is_ready(cache)
+    }
+
+    fn by(&self, reconstruction: Reconstruction) -> &ComputePass {
+        match reconstruction {
+            Reconstruction::Trilinear => &self.trilinear,
+            Reconstruction::Tricubic => &self.tricubic,
+        }
+    }
+
     /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.
     pub fn plan(
         &self,
+        reconstruction: Reconstruction,
         windows: &[VolumeWindow],
         runs: &mut ViewRuns,
         stale: &Stale,
         groups: &VolumeGroups,
         gpu: &Gpu,
     ) -> Option<MarchJob> {
-        if !self.is_ready(&gpu.cache) {
+        if !self.by(reconstruction).is_ready(&gpu.cache) {
             return None;
         }
         let parts = runs.plan(windows, stale, gpu)?;
-        Some(MarchJob { volume: groups.bricks.clone(), views: self.bind_runs(runs, gpu)?, parts })
+        let views = self.bind_runs(runs, gpu)?;
+        Some(MarchJob { reconstruction, volume: groups.bricks.clone(), views, parts })
     }
 
     fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
@@ -73,13 +96,14 @@ impl MarchPass {
             let [views, runs, further] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
             let resources = (views, runs.as_entire_binding(), further.as_entire_binding());
-            self.bind(resources, &gpu.cache, &gpu.device)
+            self.trilinear.bind(resources, &gpu.cache, &gpu.device)
         }))
     }
 
     /// Encodes the pass over all views.
     pub fn encode_views(&self, encoder: &mut CommandEncoder, job: &MarchJob, cache: &PipelineCache) {
         let groups = [&job.volume, &job.views];
-        encode_views(self, encoder, &groups, &[ViewArray::<MarchedViewUniform>::BYTES], job.parts, cache);
+        let pass = self.by(job.reconstruction);
+        encode_views(pass, encoder, &groups, &[ViewArray::<MarchedViewUniform>::BYTES], job.parts, cache);
     }
 }

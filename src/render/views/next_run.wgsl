@@ -1,10 +1,11 @@
-// Follows a view ray to the next run of samples that are seen (`runs`).
+// Follows a view ray to the next run of intervals that are seen (`runs`). An interval lies between two samples, and its
+// intensities are taken to change evenly: so a part of the transfer function that lies between two samples is seen.
 //
-// Samples are classified after interpolation. Where a ray enters or leaves a carver, the cut is found
-// and sampled. The paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that
-// are known to be empty. Clip tests check only the carvers near a sample.
+// Samples are classified after interpolation. Where a ray enters or leaves a carver, the cut is found and its interval
+// shortened. The paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that are known to be empty.
+// Clip tests check only the carvers near a sample.
 //
-// Transparent samples, and visible samples without a carver near, have loops of their own that do little else. A device
+// Transparent intervals, and seen intervals without a carver near, have loops of their own that do little else. A device
 // runs neighbouring rays in step, and so they wait little for each other. No branch depends on uniforms alone (2 in
 // docs/drivers.md).
 
@@ -14,50 +15,50 @@
     brick_bindings::{carvers_near, distance_at},
     bricks::{inverse_step, leap_along, samples_within},
     clip_test::is_visible,
+    preintegration::{TablePlace, extinction_between, slice_opacity, table_place},
+    reconstruction::intensity_at_place,
     runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
-    volume_bindings::{
-        correct_opacity, edge_sampler, intensities, may_be_visible, opacity_of_intensity, volume,
-    },
+    volume_bindings::{may_be_visible_between, opacity_of_intensity, volume},
 }
 
 // A step is halved this often to find a cut. The error is less than one level of an 8-bit image.
 const CUT_HALVINGS: i32 = 6;
-// States of a sample: transparent; not transparent; not transparent but clipped.
-const EMPTY: u32 = 0u;
-const VISIBLE: u32 = 1u;
+// States of a sample: not tested, not clipped, clipped.
+const UNTESTED: u32 = 0u;
+const SHOWN: u32 = 1u;
 const CLIPPED: u32 = 2u;
-// Transparent or clipped.
-const UNSEEN: u32 = 3u;
 
 // State of following a ray.
 struct March {
-    // Next sample, and number of samples.
+    // First sample of the next interval, and number of intervals.
     i: u32,
     count: u32,
-    // State of the sample before. If it is visible, the next run begins with it.
-    before: u32,
-    // Opacity accumulated so far, without the sample before.
+    // State of this sample.
+    state: u32,
+    // Opacity accumulated so far.
     alpha: f32,
 }
 
 fn begin_march(ray: ViewRay) -> March {
-    return March(0u, samples_of(ray), EMPTY, 0.0);
+    return March(0u, samples_of(ray), UNTESTED, 0.0);
 }
 
 // State behind a run that goes on with samples.
 fn march_behind(ray: ViewRay, run: Run, alpha: f32) -> March {
-    let behind = run.first + run.count;
-    let count = samples_of(ray);
-    return March(behind + 1u, count, select(EMPTY, run.state, behind < count), alpha);
+    return March(run.first + run.count, samples_of(ray), run.state, alpha);
 }
 
 fn intensity_at(ray: ViewRay, along_mm: f32) -> f32 {
-    return textureSampleLevel(intensities, edge_sampler, ray.origin + along_mm * ray.velocity, 0.0).r;
+    return intensity_at_place(ray.origin + along_mm * ray.velocity);
 }
 
 fn opacity_at(ray: ViewRay, along_mm: f32) -> f32 {
     return opacity_of_intensity(intensity_at(ray, along_mm));
+}
+
+fn table_place_at(ray: ViewRay, along_mm: f32) -> TablePlace {
+    return table_place(intensity_at(ray, along_mm));
 }
 
 // Point of a ray, voxels.
@@ -71,9 +72,8 @@ fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
 }
 
 // Accumulated opacity with another slice behind.
-fn alpha_behind(alpha: f32, opacity: f32, steps: f32) -> f32 {
-    let sum = alpha + (1.0 - alpha) * correct_opacity(opacity, steps * volume.draw_exponent);
-    return select(alpha, sum, steps > 0.0);
+fn alpha_behind(alpha: f32, extinction: f32, steps: f32) -> f32 {
+    return alpha + (1.0 - alpha) * slice_opacity(extinction, steps);
 }
 
 // The next run of a ray. It is empty at the ray's end. It ends where the accumulated opacity reaches `most_alpha`, and
@@ -83,99 +83,113 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
     let leap = leap_along(inverse_step(step_mm * ray.velocity * vec3<f32>(volume.dimensions)));
     let count = (*march).count;
     var i = (*march).i;
-    var before = (*march).before;
+    var state = (*march).state;
     var alpha = (*march).alpha;
-    // Whether the run has begun. Then the sample before is visible, and its slice is still to be added.
-    var is_open = before == VISIBLE;
-    var run = Run(i - u32(is_open), 0u, false, 0.0, 1.0, EMPTY, THEN_END, NO_RUN, false);
-    var opacity = opacity_at(ray, along_ray(ray, run.first));
+    var run = Run(i, 0u, false, 0.0, 1.0, UNTESTED, THEN_END, NO_RUN, false);
+    // Intensities at both ends of the interval.
+    var before = intensity_at(ray, along_ray(ray, i));
+    var behind = before;
+    // Whether a leap ended at the interval's first sample: then the interval leads out of an empty brick.
+    var has_leapt = false;
+    var is_open = false;
     var is_done = false;
     while !is_done {
-        // Passes over transparent samples.
+        // Passes over transparent intervals.
         while !is_open && i < count {
-            let along_mm = along_ray(ray, i);
-            let point = 0.25 * voxel_at(ray, along_mm);
-            let distance = distance_at(point) * volume.draw_leaps;
-            // Leaps over empty bricks. It is looked up later whether the last sample in them is clipped.
-            i += select(0u, min(count - i, samples_within(point, leap, distance)), distance > 0u);
-            before = select(before, UNSEEN, distance > 0u);
-            if may_be_visible(intensity_at(ray, along_ray(ray, i))) {
+            let point = 0.25 * voxel_at(ray, along_ray(ray, i));
+            let distance = select(distance_at(point) * volume.draw_leaps, 0u, has_leapt);
+            has_leapt = distance > 0u;
+            // The last sample in empty bricks begins the interval that leads out of them.
+            let passed = select(1u, min(count - i, samples_within(point, leap, distance)), has_leapt);
+            let next = i + passed - u32(has_leapt);
+            behind = intensity_at(ray, along_ray(ray, next));
+            if !has_leapt && may_be_visible_between(before, behind) {
                 break;
             }
-            before = EMPTY;
-            i += 1u;
+            state = select(state, UNTESTED, next > i);
+            before = behind;
+            i = next;
         }
-        // Adds visible samples without a carver near.
+        // Adds seen intervals without a carver near.
         while is_open && i < count && run.count < MOST_IN_RUN && alpha < most_alpha {
-            let along_mm = along_ray(ray, i);
-            let next_opacity = opacity_at(ray, along_mm);
-            if next_opacity <= 0.0 || carvers_near(voxel_at(ray, along_mm)) != 0u {
+            let end_mm = along_ray(ray, i + 1u);
+            behind = intensity_at(ray, end_mm);
+            let extinction = extinction_between(table_place(before), table_place(behind)).w;
+            if extinction <= 0.0 || carvers_near(voxel_at(ray, end_mm)) != 0u {
                 break;
             }
-            alpha = alpha_behind(alpha, opacity, 1.0);
-            opacity = next_opacity;
+            alpha = alpha_behind(alpha, extinction, 1.0);
+            before = behind;
             run.count += 1u;
             i += 1u;
         }
-        if run.count == MOST_IN_RUN || alpha >= most_alpha {
+        if i >= count || run.count == MOST_IN_RUN || alpha >= most_alpha {
             break;
         }
-        let is_end = i >= count;
-        let along_mm = along_ray(ray, i);
-        let next_opacity = select(opacity_at(ray, along_mm), 0.0, is_end);
-        let was_clipped = before == CLIPPED || before == UNSEEN && opacity_at(ray, along_mm - step_mm) > 0.0;
-        // Tests whether the sample is clipped. Where the ray crosses a carver's surface, halving finds the cut:
-        // the visible point nearest to the surface.
-        var now = EMPTY;
-        var enters = false;
-        var leaves = false;
-        var visible_mm = along_mm;
-        var clipped_mm = along_mm;
-        var point_mm = along_mm;
-        for (var k = 0; k <= CUT_HALVINGS; k += 1) {
+        let begin_mm = along_ray(ray, i);
+        let end_mm = begin_mm + step_mm;
+        // Tests whether both ends are clipped. Where one is, halving finds the cut: the visible point nearest to the
+        // carver's surface.
+        var state_behind = UNTESTED;
+        var visible_mm = begin_mm;
+        var clipped_mm = end_mm;
+        var point_mm = select(end_mm, begin_mm, state == UNTESTED);
+        for (var k = select(1, 0, state == UNTESTED); k <= CUT_HALVINGS + 1; k += 1) {
             let is_shown = is_visible_at(ray, point_mm);
             if k == 0 {
-                now = select(EMPTY, select(CLIPPED, VISIBLE, is_shown), next_opacity > 0.0);
-                enters = was_clipped && now == VISIBLE;
-                leaves = is_open && now == CLIPPED;
-                visible_mm -= select(0.0, step_mm, leaves);
-                clipped_mm -= select(0.0, step_mm, enters);
+                state = select(CLIPPED, SHOWN, is_shown);
+                point_mm = end_mm;
+                continue;
+            }
+            if k == 1 {
+                state_behind = select(CLIPPED, SHOWN, is_shown);
+                if state == state_behind {
+                    break;
+                }
+                visible_mm = select(begin_mm, end_mm, is_shown);
+                clipped_mm = select(end_mm, begin_mm, is_shown);
             } else if is_shown {
                 visible_mm = point_mm;
             } else {
                 clipped_mm = point_mm;
             }
-            if !enters && !leaves {
-                break;
-            }
             point_mm = 0.5 * (visible_mm + clipped_mm);
         }
-        if is_open {
-            // The sample before stands for the step from there to here, up to the cut if there is one.
-            run.last_steps = 1.0 + select(0.0, (visible_mm - along_mm) / step_mm, leaves);
-            run.count += 1u;
-            alpha = alpha_behind(alpha, opacity, run.last_steps);
-            is_done = now != VISIBLE;
-        } else if now == VISIBLE {
-            run.first = i;
-            // The rest of the step is sampled at the cut. So surfaces of cuts do not jump when a carver moves by
-            // less than a step. They are as smooth as the carver.
-            run.has_cut = enters;
-            run.cut_mm = visible_mm;
-            let cut_steps = (along_mm - visible_mm) / step_mm;
-            alpha = select(alpha, alpha_behind(alpha, opacity_at(ray, visible_mm), cut_steps), enters);
+        // Intensity at the cut; without one, at the interval's end.
+        let enters = state == CLIPPED && state_behind == SHOWN;
+        let leaves = state == SHOWN && state_behind == CLIPPED;
+        var first = table_place(before);
+        var last = table_place(behind);
+        if enters {
+            first = table_place_at(ray, visible_mm);
         }
-        is_open = now == VISIBLE;
-        is_done |= is_end;
-        before = now;
-        opacity = next_opacity;
-        i += u32(!is_end);
+        if leaves {
+            last = table_place_at(ray, visible_mm);
+        }
+        let extinction = extinction_between(first, last).w;
+        let is_seen = (state == SHOWN || enters) && extinction > 0.0;
+        if is_seen {
+            // A run begins at a cut, or at a sample.
+            run.has_cut = select(run.has_cut, enters, !is_open);
+            run.cut_mm = select(run.cut_mm, visible_mm, enters);
+            run.first = select(run.first, i + u32(enters), !is_open);
+            run.count += u32(!enters);
+            run.last_steps = select(1.0, (visible_mm - begin_mm) / step_mm, leaves);
+            let steps = select(run.last_steps, (end_mm - visible_mm) / step_mm, enters);
+            alpha = alpha_behind(alpha, extinction, steps);
+        }
+        is_done = is_open && !is_seen || is_seen && leaves;
+        is_open = is_seen && !leaves;
+        // The sample behind a run that ends at a transparent interval is the interval's first.
+        run.state = select(state_behind, state, is_done && !is_seen);
+        state = state_behind;
+        before = behind;
+        i += 1u;
     }
-    run.state = before;
     let goes_on = select(THEN_SAMPLES, THEN_OPAQUE, alpha >= most_alpha);
-    run.then = select(goes_on, THEN_END, i >= count && !is_open);
+    run.then = select(goes_on, THEN_END, i >= count);
     (*march).i = i;
-    (*march).before = before;
+    (*march).state = state;
     (*march).alpha = alpha;
     return run;
 }

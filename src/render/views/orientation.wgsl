@@ -1,10 +1,23 @@
-// Orientation of surfaces, for shading: the gradient of the clipped opacity (V_o). Where only an isosurface is
-// drawn, it is the gradient of the distance field (`sweeping/surface.wgsl`). The binding follows those of
-// `volume_bindings` and `brick_bindings`.
+// Orientation of surfaces, for shading. It is the gradient of the reconstructed intensity, turned towards higher
+// opacity. Near cuts and the grid's faces, their own orientation is blended in (Weiskopf, Engel and Ertl 2003): that of a
+// cut is the gradient of the clipped opacity (V_o). Where only an isosurface is drawn, it is the gradient of the distance
+// field (`sweeping/surface.wgsl`). The binding follows those of `volume_bindings` and `brick_bindings`.
 
 #define_import_path bevy_contextual_ao::orientation
 
-#import bevy_contextual_ao::volume_bindings::{edge_sampler, volume}
+#import bevy_contextual_ao::{
+    reconstruction::{intensity_at_place, intensity_gradient},
+    volume_bindings::{edge_sampler, opacity_of_intensity, volume},
+}
+
+// A cut in front of a point, by a carver or by a face of the grid: its place on the ray, and the share of its
+// orientation, 1 at the cut and 0 from a voxel behind it on.
+struct Cut {
+    place: vec3<f32>,
+    share: f32,
+}
+
+const NO_CUT: Cut = Cut(vec3(0.0), 0.0);
 
 // Direction into the grid through the face that a point lies on; 0 if the point lies on no face.
 fn inward_from_face(p: vec3<f32>) -> vec3<f32> {
@@ -24,7 +37,7 @@ fn distance_from_surface(p: vec3<f32>) -> f32 {
 }
 
 // Direction into the surface, volume space, of any length.
-fn inward(p: vec3<f32>) -> vec3<f32> {
+fn inward(p: vec3<f32>, cut: Cut) -> vec3<f32> {
     // A solid cut by the end of the grid faces out of the grid there, wherever the nearest surface is.
     let face = inward_from_face(p);
     return select(-textureSampleLevel(surface, edge_sampler, p, 0.0).xyz, face, dot(face, face) > 0.0);
@@ -33,7 +46,7 @@ fn inward(p: vec3<f32>) -> vec3<f32> {
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
 
 // Direction towards higher opacity, volume space, longer where the opacity is steeper: 3D Sobel over 26 neighbours.
-fn inward(p: vec3<f32>) -> vec3<f32> {
+fn inward_by_opacities(p: vec3<f32>) -> vec3<f32> {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
     var gradient = vec3(0.0);
     for (var k = 0; k < 27; k += 1) {
@@ -45,5 +58,43 @@ fn inward(p: vec3<f32>) -> vec3<f32> {
     // Per voxel → per texture coordinate → per mm.
     let per_texture = gradient * vec3<f32>(volume.dimensions);
     return (transpose(volume.texture_from_local) * vec4(per_texture, 0.0)).xyz;
+}
+
+// Unit vector of a direction; 0 if there is none.
+fn unit(direction: vec3<f32>) -> vec3<f32> {
+    let size = length(direction);
+    return select(vec3(0.0), direction / size, size > 1e-6);
+}
+
+// The surface that is seen lies in the foot of an edge, where the gradient is small and follows the voxels. Its direction
+// is therefore that of two places: the other one is this far inside the edge, voxels.
+const INSIDE: f32 = 1.0;
+
+// Direction towards higher opacity by the intensities alone, volume space, of length 1 or 0.
+fn inward_by_intensities(p: vec3<f32>) -> vec3<f32> {
+    let size = vec3<f32>(volume.dimensions);
+    var gradient = intensity_gradient(p);
+    // A voxel further on, opacity is higher or lower.
+    let per_voxel = gradient / size;
+    let change = length(per_voxel);
+    let intensity = intensity_at_place(p);
+    let falls = opacity_of_intensity(intensity + change) < opacity_of_intensity(intensity - change);
+    let sign = select(1.0, -1.0, falls);
+    let inner = intensity_gradient(p + INSIDE * sign * unit(per_voxel) / size);
+    gradient += select(vec3(0.0), inner, dot(inner, gradient) > 0.0);
+    return sign * unit((transpose(volume.texture_from_local) * vec4(gradient, 0.0)).xyz);
+}
+
+// Direction into what is seen at a point, volume space, of length 1 or less.
+fn inward(p: vec3<f32>, cut: Cut) -> vec3<f32> {
+    var direction = vec3(0.0);
+    if cut.share < 1.0 {
+        direction = (1.0 - cut.share) * inward_by_intensities(p);
+    }
+    if cut.share > 0.0 {
+        let face = inward_from_face(cut.place);
+        direction += cut.share * unit(select(inward_by_opacities(cut.place), face, dot(face, face) > 0.0));
+    }
+    return direction;
 }
 #endif

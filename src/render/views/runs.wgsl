@@ -1,5 +1,5 @@
-// Runs: what a view ray meets. A run is a series of consecutive samples that are seen, each with a slice of one step.
-// A slice from the cut to the first sample may precede it, and the last slice may be shorter. The runs of a ray form a
+// Runs: what a view ray meets. A run is a series of consecutive slices that are seen. A slice lies between two samples.
+// A slice from a cut to the first sample may precede them, and the last one may end at a cut. The runs of a ray form a
 // chain, nearest first. Each takes 16 bytes.
 
 #define_import_path bevy_contextual_ao::runs
@@ -10,13 +10,13 @@
 }
 
 struct Run {
-    // Index and number of the samples.
+    // Index of the first sample, and number of slices that begin at samples.
     first: u32,
     count: u32,
     // Whether there is a slice at the cut, and the cut's distance from the ray's start, mm.
     has_cut: bool,
     cut_mm: f32,
-    // Length of the last sample's slice, steps.
+    // Length of the last slice, steps.
     last_steps: f32,
     // State of the sample behind the run (`next_run`).
     state: u32,
@@ -62,10 +62,11 @@ fn unpack_run(bits: vec4<u32>) -> Run {
     );
 }
 
-// Part of a ray with one colour and opacity, sampled at one place.
+// Part of a ray. Its intensity is taken to change evenly.
 struct Slice {
-    // Distance of the place from the ray's start.
-    along_mm: f32,
+    // Distances of its ends from the ray's start.
+    begin_mm: f32,
+    end_mm: f32,
     // Length in steps: may be 0, and is negative if the slice is hidden.
     steps: f32,
 }
@@ -82,9 +83,8 @@ fn slice_of_run(ray: ViewRay, run: Run, number: u32, end: u32) -> Slice {
     // The slice in front of a hidden sample is whole.
     let is_last = i + 1u == run.first + run.count && i + 1u < end;
     let steps = select(1.0, run.last_steps, is_last);
-    let cut_steps = (along_mm - run.cut_mm) / volume.draw_step_mm;
-    return Slice(
-        select(along_mm, run.cut_mm, is_cut),
-        select(-1.0, select(steps, cut_steps, is_cut), i < end),
-    );
+    let begin_mm = select(along_mm, run.cut_mm, is_cut);
+    let end_mm = select(along_mm + steps * volume.draw_step_mm, along_mm, is_cut);
+    let shown_steps = select(steps, (along_mm - run.cut_mm) / volume.draw_step_mm, is_cut);
+    return Slice(begin_mm, end_mm, select(-1.0, shown_steps, i < end));
 }

@@ -7,7 +7,7 @@
 
 #import bevy_contextual_ao::{
     marched_view::{MarchedView, run_of_pixel},
-    next_run::EMPTY,
+    next_run::UNTESTED,
     runs::{NO_RUN, Run, THEN_SAMPLES, unpack_run},
 }
 
@@ -19,6 +19,6 @@ fn first_run(view: MarchedView, pixel: vec2<u32>) -> Run {
     if first < view.end_run {
         return unpack_run(runs[first]);
     }
-    // There was no room for any run of the ray: it is followed from its first sample, which is behind sample -1.
-    return Run(0xffffffffu, 0u, false, 0.0, 0.0, EMPTY, THEN_SAMPLES, NO_RUN, true);
+    // There was no room for any run of the ray: it is followed from its first sample.
+    return Run(0u, 0u, false, 0.0, 0.0, UNTESTED, THEN_SAMPLES, NO_RUN, true);
 }

@@ -3,7 +3,7 @@
 
 #define_import_path bevy_contextual_ao::shading
 
-#import bevy_contextual_ao::{orientation::inward, volume_bindings::volume}
+#import bevy_contextual_ao::{orientation::{Cut, inward}, volume_bindings::volume}
 
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
@@ -12,12 +12,19 @@ const SPECULAR: f32 = 0.2;
 const SHININESS: f32 = 16.0;
 
 // Colour of a sample lit from the camera, which looks along `direction`. `opacity` is the opacity that the
-// sample adds to the pixel, `ambient` the share of the light that reaches it.
-fn shade(color: vec3<f32>, opacity: f32, p: vec3<f32>, direction: vec3<f32>, ambient: f32) -> vec3<f32> {
+// sample adds to the pixel, `ambient` the share of the light that reaches it, `cut` the cut in front of it.
+fn shade(
+    color: vec3<f32>,
+    opacity: f32,
+    p: vec3<f32>,
+    direction: vec3<f32>,
+    ambient: f32,
+    cut: Cut,
+) -> vec3<f32> {
     if opacity * volume.light_share <= 0.0 {
         return color * ambient;
     }
-    let gradient = inward(p);
+    let gradient = inward(p, cut);
     let steepness = length(gradient);
     // Where the opacity does not change there is no surface to light.
     let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);

@@ -25,6 +25,8 @@ struct VolumeUniform {
     draw_exponent: f32,
     // Length of a drawing step, mm.
     draw_step_mm: f32,
+    // Smallest distance between voxels.
+    voxel_mm: f32,
     // Texels per side of the depth maps and of the dilation maps.
     depth_map_size: f32,
     dilation_map_size: f32,
@@ -42,6 +44,8 @@ struct VolumeUniform {
     // Texture coordinates → coordinates of the occlusion texture; voxels along each side of a block with one factor.
     occlusion_from_texture: vec3<f32>,
     occlusion_stride: u32,
+    // 1: opacities for occlusion are means over voxels. 0: those of the voxels' own intensities.
+    footprint_share: f32,
     // For octants, which are drawn by the normal: weights of octants 0 to 3 and of 4 to 7, the largest 1. Then the
     // exponent of the light that reaches a point, and 1 where surfaces are lit from both sides.
     low_octants: vec4<f32>,
@@ -103,6 +107,11 @@ fn lookup_entry(intensity: f32) -> f32 {
 // Whether an intensity lies between the bounds of drawn intensities.
 fn may_be_visible(intensity: f32) -> bool {
     return intensity > volume.visible_intensities.x && intensity < volume.visible_intensities.y;
+}
+
+// Whether any intensity between two does.
+fn may_be_visible_between(a: f32, b: f32) -> bool {
+    return max(a, b) > volume.visible_intensities.x && min(a, b) < volume.visible_intensities.y;
 }
 
 // Colour (linear RGB) and opacity per unit distance of an intensity as a texture gives it.

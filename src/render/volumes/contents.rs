@@ -1,7 +1,11 @@
 //! State of a volume's data on the GPU, from which the work of a frame is planned.
 
-use super::{carver_uniform::CarverUniform, clip_pass::Queue};
-use crate::{clip::CoverageRule, occlusion::AmbientOcclusion, render::extract::ExtractedVolume};
+use super::{carver_uniform::CarverUniform, clip_pass::Queue, preintegration::StepLengths};
+use crate::{
+    clip::CoverageRule,
+    occlusion::{AmbientOcclusion, Reconstruction},
+    render::extract::ExtractedVolume,
+};
 
 /// Inputs of opacities and occlusion, besides the volume itself.
 #[derive(Clone, PartialEq)]
@@ -32,6 +36,10 @@ impl Contents {
 pub(crate) struct VolumeState {
     /// Revision of the lookup table on the GPU.
     pub table_revision: Option<u32>,
+    /// The table's revision and the lengths of steps for its integrals on the GPU.
+    pub integrated: Option<(u32, StepLengths)>,
+    /// Filter with which the views were last marched.
+    pub reconstruction: Option<Reconstruction>,
     /// Stride of the occlusion for which the ranges of bricks were found.
     pub ranges_for: Option<u32>,
     /// Inputs of the present opacities, and of occlusion where it is valid. `None` before these are first computed.

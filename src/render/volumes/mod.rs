@@ -8,6 +8,7 @@ pub(super) mod contents;
 pub(super) mod intensities;
 pub(super) mod kept;
 pub(crate) mod layouts;
+mod preintegration;
 pub(super) mod store;
 pub(super) mod uniform;
 
@@ -16,6 +17,8 @@ use bevy::{prelude::*, shader::load_shader_library};
 /// Adds the shader libraries.
 pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "bindings.wgsl");
+    load_shader_library!(app, "preintegration.wgsl");
+    load_shader_library!(app, "reconstruction.wgsl");
     load_shader_library!(app, "bricks.wgsl");
     load_shader_library!(app, "brick_bindings.wgsl");
     load_shader_library!(app, "superbricks.wgsl");

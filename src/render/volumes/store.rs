@@ -23,6 +23,7 @@ use super::{
     contents::VolumeState,
     intensities::GpuVolume,
     kept::MethodResources,
+    preintegration::{self, StepLengths},
     uniform::VolumeUniform,
 };
 use crate::{
@@ -78,7 +79,7 @@ pub(crate) struct VolumeResources {
     pub rescale: Rescale,
     /// Lowest and highest intensity, as the texture gives them.
     pub range: [f64; 2],
-    /// The transfer function in one row, and [`METHOD_ROWS`] behind it for the occlusion method.
+    /// The transfer function in one row. Behind it are [`METHOD_ROWS`] for the occlusion method, then its integrals.
     pub lookup_table: TextureAndView,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
@@ -199,7 +200,7 @@ impl VolumeResources {
                     label: Some("contextual_ao_lookup_table"),
                     size: Extent3d {
                         width: LookupTable::ENTRIES as u32,
-                        height: 1 + METHOD_ROWS,
+                        height: 1 + METHOD_ROWS + preintegration::ROWS,
                         ..default()
                     },
                     mip_level_count: 1,
@@ -246,8 +247,14 @@ impl VolumeResources {
         kept.unwrap_or(&self.opacities.view)
     }
 
-    /// Uploads the lookup table if it changed.
-    pub fn upload(&mut self, volume: &ExtractedVolume, queue: &RenderQueue) {
+    /// Uploads the lookup table if it changed, and its integrals if the table or the lengths of steps changed.
+    pub fn upload(&mut self, volume: &ExtractedVolume, steps: StepLengths, queue: &RenderQueue) {
+        let integrated = Some((volume.table.revision, steps));
+        if self.state.integrated != integrated {
+            self.state.integrated = integrated;
+            let rows = preintegration::rows(&volume.table.entries, steps);
+            self.write_table_rows(1 + METHOD_ROWS, &rows, queue);
+        }
         if self.state.table_revision != Some(volume.table.revision) {
             self.state.table_revision = Some(volume.table.revision);
             self.write_table_rows(0, &volume.table.entries, queue);

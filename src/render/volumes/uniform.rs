@@ -2,8 +2,9 @@
 
 use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
+use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{Optimizations, VolumeLighting},
+    occlusion::{Optimizations, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
     volume::LookupTable,
 };
@@ -24,6 +25,7 @@ pub(crate) struct VolumeUniform {
     occlusion_exponent: f32,
     draw_exponent: f32,
     draw_step_mm: f32,
+    voxel_mm: f32,
     depth_map_size: f32,
     dilation_map_size: f32,
     brick_radius_mm: f32,
@@ -34,6 +36,7 @@ pub(crate) struct VolumeUniform {
     visible_intensities: Vec2,
     occlusion_from_texture: Vec3,
     occlusion_stride: u32,
+    footprint_share: f32,
     low_octants: Vec4,
     high_octants: Vec4,
     occlusion_power: f32,
@@ -41,6 +44,11 @@ pub(crate) struct VolumeUniform {
 }
 
 impl VolumeUniform {
+    /// Lengths over which opacities accumulate.
+    pub fn step_lengths(&self) -> StepLengths {
+        StepLengths { drawing: self.draw_exponent, occlusion: self.occlusion_exponent }
+    }
+
     /// Describes a volume.
     ///
     /// `largest_stored` is the stored intensity that the texture gives as 1. Without occlusion, samples are drawn
@@ -84,6 +92,7 @@ impl VolumeUniform {
             occlusion_exponent: (volume.occlusion.step_length_mm(geometry) / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
+            voxel_mm: geometry.spacing_mm.min_element() as f32,
             depth_map_size: depth_map_size as f32,
             dilation_map_size: dilation_map_size as f32,
             // Half of a brick's diagonal, which spans four cells. Rounding must not make it too short.
@@ -96,6 +105,7 @@ impl VolumeUniform {
                 .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
+            footprint_share: f32::from(volume.occlusion.opacities == VoxelOpacities::Means),
             low_octants: Vec4::from_slice(&octants[..4]),
             high_octants: Vec4::from_slice(&octants[4..]),
             occlusion_power: drawing.power,

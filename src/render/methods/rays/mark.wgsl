@@ -53,11 +53,11 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         var is_stale = false;
         while k < slices && !is_stale {
             if is_rest {
-                // The cut in front of a sample lies within a step.
                 let along_mm = along_ray(ray, run.first + k);
-                texels = union_of(texels_at(ray, along_mm - volume.draw_step_mm, margin), texels_at(ray, along_mm, margin));
+                texels = texels_between(ray, along_mm, along_mm + volume.draw_step_mm, margin);
             } else {
-                texels = texels_at(ray, slice_of_run(ray, run, k, count).along_mm, margin);
+                let slice = slice_of_run(ray, run, k, count);
+                texels = texels_between(ray, slice.begin_mm, slice.end_mm, margin);
             }
             is_stale = has_stale(texels);
             k += 1u;
@@ -71,7 +71,7 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         } else if !is_rest && run.then == THEN_SAMPLES {
             // From the sample behind the run on, or from the first one of a ray without runs.
             is_rest = true;
-            run.first = max(run.first + run.count + 1u, 1u) - 1u;
+            run.first += run.count;
             slices = max(count, run.first) - run.first;
             k = 0u;
         } else {
@@ -93,7 +93,10 @@ fn texels_at(ray: ViewRay, along_mm: f32, margin: f32) -> Texels {
     return Texels(vec3<i32>(floor(point - margin)), vec3<i32>(floor(point + margin)) + 1);
 }
 
-fn union_of(a: Texels, b: Texels) -> Texels {
+// Texels of all places between two distances: drawing shades a slice where its opacity shows.
+fn texels_between(ray: ViewRay, begin_mm: f32, end_mm: f32, margin: f32) -> Texels {
+    let a = texels_at(ray, begin_mm, margin);
+    let b = texels_at(ray, end_mm, margin);
     return Texels(min(a.first, b.first), max(a.last, b.last));
 }
 

@@ -7,7 +7,7 @@
 
 #import bevy_contextual_ao::{
     next_run::{begin_march, is_visible_at, next_run, opacity_at},
-    orientation::{inward, inward_from_face},
+    orientation::{inward_by_opacities, inward_from_face},
     runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
     view_ray::{OPAQUE, ViewRay, view_ray},
@@ -45,11 +45,14 @@ fn surface_along(ray: ViewRay) -> f32 {
         }
         for (var k = 0u; k < slices; k += 1u) {
             let slice = slice_of_run(ray, run, k, march.count);
-            if correct_opacity(opacity_at(ray, slice.along_mm), volume.draw_exponent) < opacity_threshold {
+            // The first end that reaches the threshold.
+            let begins = correct_opacity(opacity_at(ray, slice.begin_mm), volume.draw_exponent) >= opacity_threshold;
+            let ends = correct_opacity(opacity_at(ray, slice.end_mm), volume.draw_exponent) >= opacity_threshold;
+            if !begins && !ends {
                 continue;
             }
-            var inside_mm = slice.along_mm;
-            var outside_mm = max(inside_mm - volume.draw_step_mm, ray.begin_mm);
+            var inside_mm = select(slice.end_mm, slice.begin_mm, begins);
+            var outside_mm = max(select(slice.begin_mm, inside_mm - volume.draw_step_mm, begins), ray.begin_mm);
             for (var halving = 0; halving < SURFACE_HALVINGS; halving += 1) {
                 let middle_mm = 0.5 * (inside_mm + outside_mm);
                 if is_surface_at(ray, middle_mm) {
@@ -70,7 +73,7 @@ fn normal_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
     // A surface at the end of the grid faces that way, whatever the opacities are.
     var gradient = inward_from_face(p);
     if dot(gradient, gradient) <= 0.0 {
-        gradient = inward(p);
+        gradient = inward_by_opacities(p);
     }
     if dot(gradient, gradient) < 1e-8 {
         // The opacity does not change here.

@@ -1,0 +1,127 @@
+//! The picture against the data: reconstruction, classification along the ray, normals and opacities of voxels.
+
+use bevy::{math::DVec3, prelude::*};
+use bevy_contextual_ao::{occlusion::VoxelOpacities, prelude::*};
+use contextual_ao_kit::mode::ShadingMode;
+
+use crate::{
+    headless::voxel_at,
+    integral::Integral,
+    scene::{TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp, volume_from},
+    views::{check, scene_of},
+};
+
+/// Voxels of the ball's grid along each side, and its radius.
+const BALL: u32 = 40;
+const RADIUS: f64 = 15.0;
+
+/// A ball whose edge is as wide as a scanner makes it: a normal distribution of 0.9 voxels, close to a logistic one.
+fn ball() -> Volume {
+    volume_from(UVec3::splat(BALL), DVec3::ONE, |p| {
+        let inside = RADIUS - 0.5 * f64::from(BALL) * p.length();
+        1.0 / (1.0 + (-1.702 * inside / 0.9).exp())
+    })
+}
+
+fn set_shading(scene: &mut TestScene, set: impl Fn(&mut VolumeShading)) {
+    let volume = scene.volume;
+    set(&mut scene.world().get_mut::<VolumeShading>(volume).expect("shading"));
+}
+
+/// Largest difference of two images, and the mean one, levels.
+fn difference(a: &[u8], b: &[u8]) -> (u8, f64) {
+    let differences = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b));
+    let sum: f64 = differences.clone().map(f64::from).sum();
+    (differences.max().unwrap_or(0), sum / a.len() as f64)
+}
+
+#[test]
+fn both_filters_draw_the_integral() {
+    let volume = folded_volume(UVec3::new(18, 17, 16), DVec3::ONE);
+    let mut scene = scene_of(volume.clone(), translucent_ramp(), ShadingMode::Solid);
+    let smooth = Integral::of(&volume, &translucent_ramp());
+    scene.settle();
+    check("tricubic", &mut scene, &smooth);
+    let tricubic = scene.headless.image();
+    set_shading(&mut scene, |shading| shading.reconstruction = Reconstruction::Trilinear);
+    scene.settle();
+    check("trilinear", &mut scene, &Integral { is_smooth: false, ..smooth });
+    assert!(difference(&tricubic, &scene.headless.image()).0 > 8, "the filter changes nothing");
+}
+
+#[test]
+fn a_band_between_two_samples_is_seen() {
+    // Intensities from 120 to 130 alone are opaque. The edge passes through them in a fifth of a voxel.
+    let points = [(0.0, 0.0), (120.0, 0.0), (122.0, 1.0), (128.0, 1.0), (130.0, 0.0)];
+    let points = points.map(|(value, opacity)| ControlPoint { value, color: [1.0; 3], opacity });
+    let band = TransferFunction::new(points.to_vec(), 1.0).expect("a valid band");
+    let mut scene = TestScene::new(ball(), band, few_rays(), ShadingMode::Solid);
+    set_shading(&mut scene, |shading| (shading.step_voxels, shading.jitter) = (0.125, false));
+    scene.settle();
+    let fine = scene.headless.image();
+    let background = &fine[..4];
+    let shown = |image: &[u8]| image.chunks(4).filter(|pixel| pixel[0] > 128).count();
+    assert!(shown(&fine) > 500 && background[0] < 128, "{} pixels show the band", shown(&fine));
+    set_shading(&mut scene, |shading| shading.step_voxels = 1.0);
+    scene.settle();
+    let coarse = shown(&scene.headless.image());
+    // At points alone, half of the rays find nothing in it at the first of its two sides.
+    assert!(coarse * 100 > shown(&fine) * 98, "{coarse} of {} pixels", shown(&fine));
+}
+
+#[test]
+fn a_ball_is_shaded_evenly() {
+    // The threshold is as steep as in the picture of a bone.
+    let steep = TransferFunction::ramp(127.0, 128.0, 1.0, [0.8; 3]).expect("a valid ramp");
+    let mut scene = TestScene::new(ball(), steep, default(), ShadingMode::Cao);
+    scene.settle();
+    let spread = |scene: &TestScene| {
+        let image = scene.headless.image();
+        let shown: Vec<_> = image.chunks(4).map(|pixel| f64::from(pixel[0])).collect();
+        let size = (shown.len() as f64).sqrt() as usize;
+        // The ball's middle, where nothing depends on its outline.
+        let middle = |k: &usize| (k % size).abs_diff(size / 2).max((k / size).abs_diff(size / 2)) < size / 8;
+        let shown: Vec<_> = (0..shown.len()).filter(middle).map(|k| shown[k]).collect();
+        let mean = shown.iter().sum::<f64>() / shown.len() as f64;
+        (shown.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / shown.len() as f64).sqrt()
+    };
+    let means = spread(&scene);
+    let volume = scene.volume;
+    scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion").opacities =
+        VoxelOpacities::OfCenters;
+    scene.settle();
+    let centers = spread(&scene);
+    assert!(means < 2.0 && means < 0.6 * centers, "spread {means} by means, {centers} by centres");
+}
+
+#[test]
+fn opacities_are_means_over_voxels() {
+    let size = UVec3::new(14, 12, 10);
+    let volume = folded_volume(size, DVec3::ONE);
+    for function in [opaque_ramp(), translucent_ramp()] {
+        let mut scene = TestScene::new(volume.clone(), function.clone(), few_rays(), ShadingMode::Cao);
+        scene.settle();
+        let stored = scene.opacities();
+        let at = |place: IVec3| {
+            let place = place.clamp(IVec3::ZERO, size.as_ivec3() - 1).as_uvec3();
+            volume.value_at(place).unwrap_or_default()
+        };
+        for (index, stored) in (0..).zip(&stored) {
+            let voxel = voxel_at(index, size).as_ivec3();
+            let sides = [IVec3::X, IVec3::Y, IVec3::Z].map(|step| [at(voxel - step), at(voxel + step)]);
+            let gradient = DVec3::from_array(sides.map(|[before, behind]| 0.5 * (behind - before)));
+            let own = at(voxel);
+            let lowest = sides.iter().flatten().copied().fold(own, f64::min);
+            let highest = sides.iter().flatten().copied().fold(own, f64::max);
+            let half = 0.5 * gradient.length();
+            let (low, high) = ((own - half).max(lowest), (own + half).min(highest));
+            let opacity = |k: u32| {
+                let value = low + (high - low) * (f64::from(k) + 0.5) / 256.0;
+                f64::from(function.sample(value as f32)[3])
+            };
+            let expected = 255.0 * (0..256).map(opacity).sum::<f64>() / 256.0;
+            // Half a byte is rounding. The table's entries are a sixteenth of an intensity apart.
+            assert!((expected - f64::from(*stored)).abs() <= 0.8, "{voxel}: {stored} for {expected}");
+        }
+    }
+}
