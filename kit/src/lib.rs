@@ -1,5 +1,6 @@
 //! Code shared by examples, tests and `measure`. It has an app without a window, scenes from command-line options,
-//! small scenes, and meshes with a known inside. It also has stability figures, the data of charts, and reports.
+//! small scenes, and meshes with a known inside. It also has stability figures, the true pictures of
+//! analytic scenes, the data of charts, and reports.
 
 pub mod budget;
 pub mod carver;
@@ -10,6 +11,7 @@ pub mod framing;
 pub mod headless;
 pub mod inside;
 pub mod mode;
+pub mod picture;
 pub mod random;
 pub mod report;
 pub mod scene;

@@ -12,6 +12,7 @@ mod filtering;
 mod fingerprints;
 mod gallery;
 mod isosurface;
+mod picture;
 mod published;
 mod report;
 mod shell;
@@ -63,7 +64,7 @@ struct Options {
     /// Leaves out the comparison with LAO, which is slow.
     #[arg(long)]
     no_check: bool,
-    /// Folder that --chart, --plot and --gallery write to.
+    /// Folder that --chart, --plot, --gallery and --picture write to.
     #[arg(long, default_value = "charts")]
     out: PathBuf,
     /// With --chart: number of times that volumes and images are halved [default: 1, with --quick 2].
@@ -137,6 +138,11 @@ struct Instead {
     /// The given scene by every method side by side, as methods.png.
     #[arg(long)]
     gallery: bool,
+    /// How far pictures of analytic scenes are from the truth, a JSON line per scene, setting and mode. Writes each
+    /// picture, its truth and their difference into the folder of --out. --most leaves out larger volumes. --quick
+    /// takes 48 voxels along each side and small images.
+    #[arg(long)]
+    picture: bool,
     /// Every table that generated volumes allow, in at most 8 minutes on a GPU. Writes a Markdown file and a CSV
     /// file into the folder, both named after the graphics device.
     #[arg(long, value_name = "DIR")]
@@ -183,6 +189,8 @@ fn main() -> Result<(), String> {
         fingerprints::run()
     } else if instead.gallery {
         gallery::run(&options)
+    } else if instead.picture {
+        picture::run(&options)
     } else if let Some(folder) = &instead.report {
         report::run(folder, &options)
     } else {

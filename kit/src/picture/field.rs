@@ -1,0 +1,129 @@
+//! Values that a scanner finds in a body made of solids, at any point.
+
+use bevy::math::{DAffine3, DVec3, UVec3};
+use bevy_contextual_ao::volume::{Intensities, Rescale, Volume, VolumeError};
+
+use super::{color, edge, solid::Solid};
+
+/// Matter of one kind. Where solids overlap, their values add up.
+#[derive(Clone, Copy, Debug)]
+pub struct Tissue {
+    /// Place of the matter.
+    pub solid: Solid,
+    /// Value inside, far from the surface.
+    pub value: f64,
+}
+
+/// A point of a transfer function.
+#[derive(Clone, Copy, Debug)]
+pub struct ColorPoint {
+    /// The value.
+    pub value: f64,
+    /// Red, green and blue, 0 to 1, as displayed (sRGB-encoded).
+    pub color: DVec3,
+    /// Opacity over a voxel's length.
+    pub opacity: f64,
+}
+
+/// A body, the scanner that looks at it, and the way it is shown.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// The body.
+    pub tissues: Vec<Tissue>,
+    /// Colour and opacity of values, sorted by value.
+    pub points: Vec<ColorPoint>,
+    /// Solids that are cut away from the picture, not from the scanned values.
+    pub cuts: Vec<Solid>,
+    /// Voxels along each side of the grid, an even number.
+    pub voxels: u32,
+    /// Distance between voxels, mm.
+    pub voxel_mm: f64,
+}
+
+/// Standard deviation of the scanner's blur, voxels.
+pub const BLUR_VOXELS: f64 = 0.9;
+
+impl Field {
+    /// Standard deviation of the scanner's blur, mm.
+    pub fn blur_mm(&self) -> f64 {
+        BLUR_VOXELS * self.voxel_mm
+    }
+
+    /// Half the extent of the grid, with the whole of its outermost voxels, mm.
+    pub fn half_extent_mm(&self) -> f64 {
+        0.5 * f64::from(self.voxels) * self.voxel_mm
+    }
+
+    /// The value at a point.
+    pub fn value(&self, p: DVec3) -> f64 {
+        let of = |tissue: &Tissue| tissue.value * edge::share(tissue.solid.distance(p) / self.blur_mm());
+        self.tissues.iter().map(of).sum()
+    }
+
+    /// Direction in which the value changes most, of any length and either sign.
+    pub fn gradient(&self, p: DVec3) -> DVec3 {
+        let of = |tissue: &Tissue| {
+            let away = tissue.solid.distance(p) / self.blur_mm();
+            tissue.value * edge::steepness(away) * tissue.solid.normal(p)
+        };
+        self.tissues.iter().map(of).sum()
+    }
+
+    /// Light (linear RGB) and opacity over a voxel's length of a value: linear between points, constant beyond.
+    pub fn classify(&self, value: f64) -> (DVec3, f64) {
+        let above = self.points.partition_point(|point| point.value <= value);
+        let a = self.points[above.saturating_sub(1)];
+        let b = self.points[above.min(self.points.len() - 1)];
+        let share =
+            if b.value > a.value { ((value - a.value) / (b.value - a.value)).clamp(0.0, 1.0) } else { 0.0 };
+        let light = a.color.lerp(b.color, share).to_array().map(|shown| color::light_of(255.0 * shown));
+        (light.into(), a.opacity + share * (b.opacity - a.opacity))
+    }
+
+    /// Opacity over a voxel's length, without the grid's end and without cuts.
+    pub fn opacity(&self, p: DVec3) -> f64 {
+        let value = self.value(p);
+        // The colour takes longer.
+        let above = self.points.partition_point(|point| point.value <= value);
+        if above == 0 {
+            return self.points[0].opacity;
+        }
+        let (a, b) = (self.points[above - 1], self.points[above.min(self.points.len() - 1)]);
+        let width = b.value - a.value;
+        if width > 0.0 { a.opacity + (value - a.value) / width * (b.opacity - a.opacity) } else { a.opacity }
+    }
+
+    /// Distance from the nearest cut, mm, negative inside it; infinite without cuts.
+    pub fn distance_from_cuts(&self, p: DVec3) -> f64 {
+        self.cuts.iter().map(|cut| cut.distance(p)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a point is in the grid and not cut away.
+    pub fn is_shown(&self, p: DVec3) -> bool {
+        p.abs().max_element() <= self.half_extent_mm() && self.distance_from_cuts(p) >= 0.0
+    }
+
+    /// Length, mm, of a way in any direction on which the value does not change; 0 near a surface.
+    pub fn even_mm(&self, p: DVec3) -> f64 {
+        let flat = edge::FLAT * self.blur_mm();
+        let of = |tissue: &Tissue| tissue.solid.distance(p).abs() - flat;
+        self.tissues.iter().map(of).fold(f64::INFINITY, f64::min).max(0.0)
+    }
+
+    /// The values at the voxels, rounded: a volume of 16 bits. Its grid has the axes of volume space.
+    pub fn volume(&self) -> Result<Volume, VolumeError> {
+        let at = |k: u32| (f64::from(k) + 0.5) * self.voxel_mm - self.half_extent_mm();
+        let mut values = Vec::with_capacity(self.voxels.pow(3) as usize);
+        for z in 0..self.voxels {
+            for y in 0..self.voxels {
+                for x in 0..self.voxels {
+                    values.push(self.value(DVec3::new(at(x), at(y), at(z))).round() as u16);
+                }
+            }
+        }
+        // Volume space in the axes of a patient.
+        let [x, y, z] = [DVec3::NEG_X, DVec3::Z, DVec3::Y].map(|axis| axis * self.voxel_mm);
+        let grid_to_patient = DAffine3::from_cols(x, y, z, DVec3::ZERO);
+        Volume::new(UVec3::splat(self.voxels), grid_to_patient, Intensities::U16(values), Rescale::default())
+    }
+}
