@@ -40,6 +40,7 @@ mod nifti2;
 mod optimizations;
 mod options;
 mod oracle;
+mod picture;
 mod presets;
 mod properties;
 mod quality;

@@ -38,12 +38,21 @@ pub struct Field {
     pub voxels: u32,
     /// Distance between voxels, mm.
     pub voxel_mm: f64,
+    /// Distance from all tissues, mm, from which on nothing is seen.
+    clear_mm: f64,
 }
 
 /// Standard deviation of the scanner's blur, voxels.
 pub const BLUR_VOXELS: f64 = 0.9;
 
 impl Field {
+    /// A field without cuts. The first of the points is transparent.
+    pub fn new(tissues: Vec<Tissue>, points: Vec<ColorPoint>, voxels: u32, voxel_mm: f64) -> Self {
+        let sum: f64 = tissues.iter().map(|tissue| tissue.value).sum();
+        let clear_mm = edge::distance_of(points[0].value / sum) * BLUR_VOXELS * voxel_mm;
+        Self { tissues, points, cuts: Vec::new(), voxels, voxel_mm, clear_mm }
+    }
+
     /// Standard deviation of the scanner's blur, mm.
     pub fn blur_mm(&self) -> f64 {
         BLUR_VOXELS * self.voxel_mm
@@ -103,11 +112,10 @@ impl Field {
         p.abs().max_element() <= self.half_extent_mm() && self.distance_from_cuts(p) >= 0.0
     }
 
-    /// Length, mm, of a way in any direction on which the value does not change; 0 near a surface.
-    pub fn even_mm(&self, p: DVec3) -> f64 {
-        let flat = edge::FLAT * self.blur_mm();
-        let of = |tissue: &Tissue| tissue.solid.distance(p).abs() - flat;
-        self.tissues.iter().map(of).fold(f64::INFINITY, f64::min).max(0.0)
+    /// Length, mm, of a way on which nothing is seen, in whichever direction; 0 near a surface and inside.
+    pub fn clear_way_mm(&self, p: DVec3) -> f64 {
+        let distances = self.tissues.iter().map(|tissue| tissue.solid.distance(p));
+        (distances.fold(f64::INFINITY, f64::min) - self.clear_mm).max(0.0)
     }
 
     /// The values at the voxels, rounded: a volume of 16 bits. Its grid has the axes of volume space.

@@ -38,19 +38,15 @@ fn ray_factor(field: &Field, p: DVec3, direction: DVec3, steps: u32) -> f64 {
     let mut i = 0;
     while i < steps {
         let q = p + direction * voxel * (3f64.sqrt() + f64::from(i));
-        // Samples on which nothing can change.
-        let mut count = 1;
-        if field.is_shown(q) {
-            let opacity = field.opacity(q);
-            transmittance *= 1.0 - opacity;
-            if opacity == 0.0 {
-                count = 1 + (field.even_mm(q) / voxel) as u32;
-            }
+        let clear = field.clear_way_mm(q);
+        if clear == 0.0 && field.is_shown(q) {
+            transmittance *= 1.0 - field.opacity(q);
         }
         if transmittance < 1e-9 {
             break;
         }
-        let count = count.min(steps - i);
+        // Samples on which nothing is seen.
+        let count = (1 + (clear / voxel) as u32).min(steps - i);
         sum += f64::from(count) * transmittance;
         i += count;
     }

@@ -53,7 +53,8 @@ pub struct PictureScene {
 }
 
 impl PictureScene {
-    /// All scenes with grids of `voxels` along each side. Pictures have `pixels` along each side.
+    /// All scenes with grids of `voxels` along each side. Pictures have `pixels` along each side; those of the ball have
+    /// twice as many, because its truth takes little time.
     pub fn all(voxels: u32, pixels: u32) -> Vec<Self> {
         let new =
             |name: &str, ramp, extent_mm, solid| Self::grey(name, ramp, extent_mm, solid, voxels, pixels);
@@ -62,8 +63,8 @@ impl PictureScene {
         let slab = |thickness| Solid::Slab { normal: DVec3::new(0.3, 0.8, 0.5).normalize(), thickness };
         let ball = Solid::Ball { center: DVec3::ZERO, radius: 36.3 };
         let mut scenes = vec![
-            new("ball", SOFT, 96.0, ball),
-            new("ball", SHARP, 96.0, ball),
+            Self::grey("ball", SOFT, 96.0, ball, voxels, 2 * pixels),
+            Self::grey("ball", SHARP, 96.0, ball, voxels, 2 * pixels),
             new("slab", SOFT, 96.0, slab(24.0)).near(),
             new("box", SOFT, 96.0, block),
             Self::two_tissues(voxels, pixels),
@@ -97,13 +98,7 @@ impl PictureScene {
             ColorPoint { value: from, color, opacity: 0.0 },
             ColorPoint { value: to, color, opacity: 1.0 },
         ];
-        let field = Field {
-            tissues: vec![Tissue { solid, value: MATTER }],
-            points,
-            cuts: Vec::new(),
-            voxels,
-            voxel_mm,
-        };
+        let field = Field::new(vec![Tissue { solid, value: MATTER }], points, voxels, voxel_mm);
         let eye = Eye {
             position: DISTANCE * extent_mm * VIEW.normalize(),
             fov: 30f64.to_radians(),
@@ -118,20 +113,19 @@ impl PictureScene {
     fn two_tissues(voxels: u32, pixels: u32) -> Self {
         let soft = Solid::Ball { center: DVec3::ZERO, radius: 36.3 };
         let bone = Solid::Ball { center: DVec3::new(7.0, 3.0, 9.0), radius: 17.2 };
-        let mut scene = Self::grey("two_tissues", SOFT, 96.0, soft, voxels, pixels);
-        scene.field.tissues =
+        let grey = Self::grey("two_tissues", SOFT, 96.0, soft, voxels, pixels);
+        let tissues =
             vec![Tissue { solid: soft, value: 400.0 }, Tissue { solid: bone, value: MATTER - 400.0 }];
         let (red, white) = (DVec3::new(0.8, 0.4, 0.35), DVec3::new(0.88, 0.85, 0.78));
         let point = |value, color, opacity| ColorPoint { value, color, opacity };
-        scene.field.points = vec![
+        let points = vec![
             point(150.0, red, 0.0),
             point(250.0, red, 0.04),
             point(600.0, red, 0.04),
             point(800.0, white, 1.0),
         ];
-        scene.transfer = "150-250-600-800".to_owned();
-        scene.is_grey = false;
-        scene
+        let field = Field::new(tissues, points, voxels, grey.field.voxel_mm);
+        Self { transfer: "150-250-600-800".to_owned(), field, is_grey: false, ..grey }
     }
 
     /// The scene seen through a narrow field of view: what is seen reaches beyond the picture.

@@ -15,7 +15,7 @@ const SHININESS: i32 = 16;
 const STEP: f64 = 1.0 / 16.0;
 const LEAST_STEP: f64 = 1.0 / 32768.0;
 const LEAST_WAY: f64 = 1e-5;
-/// A step is halved while the opacity changes by more.
+/// A step is halved while the opacity over a voxel's length changes by more, and while its own opacity is more.
 const LARGEST_CHANGE: f64 = 1.0 / 64.0;
 /// A ray ends where less light gets through.
 const DARK: f64 = 1e-7;
@@ -37,6 +37,11 @@ pub fn facing_of(light: f64, color: f64) -> f64 {
         (low, high) = if is_less { (middle, high) } else { (low, middle) };
     }
     0.5 * (low + high)
+}
+
+/// Opacity over a length, voxels. `opacity` is that over the length of a voxel.
+fn opacity_of(opacity: f64, voxels: f64) -> f64 {
+    1.0 - (1.0 - opacity).powf(voxels)
 }
 
 /// A camera; lengths in mm, in volume space.
@@ -91,7 +96,7 @@ struct Slice {
 pub struct Truth<'a> {
     field: &'a Field,
     occlusion: Occlusion<'a>,
-    /// Factor on the lengths of steps and on the change of opacity in a step. Less than 1 is finer.
+    /// Factor on the lengths of steps, and on the opacity of a step and its change. Less than 1 is finer.
     pub coarseness: f64,
 }
 
@@ -165,26 +170,28 @@ impl<'a> Truth<'a> {
                 cut_normal = self.nearest_cut_normal(p);
                 continue;
             }
-            let opacity = field.opacity(p);
-            let even = field.even_mm(p);
-            if opacity == 0.0 && even > 0.0 {
+            let clear = field.clear_way_mm(p);
+            if clear > 0.0 {
                 // Nothing is seen on the way, cut or not.
-                along += even.max(LEAST_WAY * voxel);
+                along += clear.max(LEAST_WAY * voxel);
                 cut_normal = None;
                 continue;
             }
+            let opacity = field.opacity(p);
             let most = (STEP * voxel * self.coarseness).min(from_cut.max(LEAST_WAY * voxel)).min(end - along);
             let mut step = (2.0 * fit).min(most);
-            while step > LEAST_STEP * voxel
-                && (field.opacity(at(along + step)) - opacity).abs() > LARGEST_CHANGE * self.coarseness
-            {
+            let is_coarse = |step: f64| {
+                let next = field.opacity(at(along + step));
+                let change = (next - opacity).abs().max(opacity_of(next.max(opacity), step / voxel));
+                change > LARGEST_CHANGE * self.coarseness
+            };
+            while step > LEAST_STEP * voxel && is_coarse(step) {
                 step *= 0.5;
             }
             fit = step;
             let middle = along + 0.5 * step;
             let (color, opacity) = field.classify(field.value(at(middle)));
-            // Opacities are those of a voxel's length.
-            let weight = transmittance * (1.0 - (1.0 - opacity).powf(step / voxel));
+            let weight = transmittance * opacity_of(opacity, step / voxel);
             if weight > 0.0 {
                 let normal = cut_normal.unwrap_or_else(|| field.gradient(at(middle)));
                 let facing = (normal.dot(direction) / normal.length().max(f64::MIN_POSITIVE)).abs();

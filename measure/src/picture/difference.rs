@@ -9,7 +9,7 @@ const LEAST_FACING: f64 = 0.3;
 /// Largest cosine at which normals are compared: beyond it a level is worth many degrees.
 const MOST_FACING: f64 = 0.97;
 /// Least opacity of pixels that are compared.
-const LEAST_ALPHA: f64 = 0.99;
+const LEAST_ALPHA: f64 = 0.5;
 /// Pixels around a pixel that have to be compared as well: the outline is left out.
 const MARGIN: u32 = 2;
 /// Degree of the polynomial of the cosine that is taken off the difference.

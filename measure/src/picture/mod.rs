@@ -18,8 +18,8 @@ use serde_json::{Value, json};
 use crate::{Options, figures::merged, stage::Stage};
 use difference::Difference;
 
-/// Pixels along each side of pictures, as many as voxels along each side of the middle resolution, times 8/3.
-const PIXELS: u32 = 256;
+/// Pixels along each side of pictures; those of the ball have twice as many.
+const PIXELS: u32 = 128;
 
 /// Settings of the renderer under a name.
 struct Setting {

@@ -1,0 +1,139 @@
+//! The truth that pictures are judged against, where it is known in closed form.
+
+use bevy::{
+    math::{DVec3, UVec2},
+    prelude::*,
+};
+use contextual_ao_kit::picture::{
+    edge,
+    field::{ColorPoint, Field, Tissue},
+    occlusion::{ambient, directions},
+    scenes::{MATTER, PictureScene},
+    solid::Solid,
+    truth::{Eye, Truth, facing_of, lit},
+};
+
+const STEPS: u32 = 20;
+
+/// A solid of one colour and opacity, with an edge so sharp that it has no width: the transfer function is a step.
+fn field(solid: Solid, opacity: f64) -> Field {
+    let point = |opacity| ColorPoint { value: 500.0, color: DVec3::ONE, opacity };
+    Field::new(vec![Tissue { solid, value: MATTER }], vec![point(0.0), point(opacity)], 64, 1.0)
+}
+
+fn ball() -> Field {
+    field(Solid::Ball { center: DVec3::ZERO, radius: 20.0 }, 1.0)
+}
+
+/// A slab so thick that only one of its sides counts.
+fn wall(normal: DVec3) -> Field {
+    field(Solid::Slab { normal, thickness: 40.0 }, 1.0)
+}
+
+#[test]
+fn the_profile_of_an_edge_is_the_error_function() {
+    // Abramowitz and Stegun, table 26.1.
+    for (away, below) in [(0.0, 0.5), (1.0, 0.841_344_746_068_543), (2.5, 0.993_790_334_674_224)] {
+        assert!((edge::share(away) - (1.0 - below)).abs() < 1e-10, "{away}");
+        assert!((edge::share(-away) - below).abs() < 1e-10, "{away}");
+    }
+}
+
+#[test]
+fn a_slab_lets_through_the_power_of_its_thickness() {
+    let field = field(Solid::Slab { normal: DVec3::Z, thickness: 10.0 }, 0.2);
+    let truth = Truth::new(&field, STEPS);
+    for direction in [DVec3::NEG_Z, DVec3::new(0.3, 0.2, -1.0).normalize()] {
+        let pixel = truth.pixel(DVec3::new(0.0, 0.0, 60.0), direction);
+        let through = 0.8f64.powf(10.0 / direction.z.abs());
+        assert!((1.0 - pixel.alpha - through).abs() < 1e-4, "{} {through}", 1.0 - pixel.alpha);
+        assert!((pixel.facing / pixel.alpha.signum() - direction.z.abs()).abs() < 1e-9, "{}", pixel.facing);
+    }
+}
+
+#[test]
+fn a_ball_faces_by_the_angle_at_its_surface() {
+    let field = ball();
+    let truth = Truth::new(&field, STEPS);
+    for off_axis in [0.0, 5.0, 19.0] {
+        let pixel = truth.pixel(DVec3::new(off_axis, 0.0, 60.0), DVec3::NEG_Z);
+        let facing = (1.0 - (off_axis / 20.0f64).powi(2)).sqrt();
+        assert!((pixel.facing - facing).abs() < 1e-3, "{off_axis}: {} {facing}", pixel.facing);
+        assert!((pixel.lit - lit(DVec3::ONE, facing, 1.0)).length() < 1e-3);
+        assert!((facing_of(pixel.lit.x, 1.0) - pixel.facing).abs() < 1e-6);
+    }
+    assert_eq!(truth.pixel(DVec3::new(21.0, 0.0, 60.0), DVec3::NEG_Z).alpha, 0.0);
+}
+
+#[test]
+fn the_middle_of_a_picture_looks_at_the_origin() {
+    let eye = Eye { position: DVec3::new(30.0, 20.0, 90.0), fov: 0.5, size: UVec2::new(9, 5) };
+    assert!(eye.direction(UVec2::new(4, 2)).distance(-eye.position.normalize()) < 1e-12);
+    // The upper edge is half the field of view away.
+    let above = Eye { size: UVec2::new(9, 1000), ..eye }.direction(UVec2::new(4, 0));
+    assert!(
+        (above.angle_between(-eye.position) - 0.25).abs() < 1e-3 && above.y > -eye.position.normalize().y
+    );
+}
+
+#[test]
+fn half_of_the_rays_leave_a_wall() {
+    let normal = DVec3::new(0.3, 0.8, 0.5).normalize();
+    let field = wall(normal);
+    let all = directions(4096);
+    for above in [0.01, 1.0, 3.3] {
+        // By hand: a ray towards the wall passes its samples up to the first in it.
+        let passed = |direction: DVec3| {
+            let towards = -direction.dot(normal);
+            let is_out = |i: &u32| above - towards * (3f64.sqrt() + f64::from(*i)) > 0.0;
+            (0..STEPS).take_while(is_out).count() as f64
+        };
+        let by_hand =
+            all.iter().map(|d| (1.0 + passed(*d)) / f64::from(STEPS + 1)).sum::<f64>() / all.len() as f64;
+        let found = ambient(&field, normal * (20.0 + above), &all, STEPS);
+        assert!((found - by_hand).abs() < 1e-9, "{above}: {found} {by_hand}");
+    }
+    // On the surface half of the rays pass all samples, the others none but the point itself.
+    let half = 0.5 + 0.5 / f64::from(STEPS + 1);
+    assert!((ambient(&field, normal * 20.000_001, &all, STEPS) - half).abs() < 1e-3);
+}
+
+#[test]
+fn what_is_cut_away_is_not_seen_and_casts_no_shadow() {
+    let mut field = wall(DVec3::Z);
+    field.cuts.push(Solid::Ball { center: DVec3::new(0.0, 0.0, 20.0), radius: 12.0 });
+    let truth = Truth::new(&field, STEPS);
+    let cosine = 0.8;
+    let offset = 12.0 * (1.0 - cosine * cosine as f64).sqrt();
+    let pixel = truth.pixel(DVec3::new(offset, 0.0, 60.0), DVec3::NEG_Z);
+    // The normal is that of the ball, and what is seen is the ball's surface.
+    assert!((pixel.facing - cosine).abs() < 1e-4, "{}", pixel.facing);
+    let place = DVec3::new(offset, 0.0, 20.0 - 12.0 * cosine);
+    let expected = ambient(&field, place, &directions(512), STEPS);
+    assert!((pixel.occluded.x - expected).abs() < 1e-3, "{} {expected}", pixel.occluded);
+}
+
+#[test]
+fn a_ball_s_occlusion_is_one_shade() {
+    let scenes = PictureScene::all(48, 32);
+    let scene = &scenes[0];
+    let truth = Truth::new(&scene.field, STEPS);
+    let pixels = truth.picture(&scene.eye);
+    let shades: Vec<f64> = pixels.iter().filter(|p| p.facing > 0.7).map(|p| p.occluded.x).collect();
+    let [low, high] = [f64::min, f64::max].map(|of| shades.iter().copied().reduce(of).unwrap_or_default());
+    assert!(shades.len() > 100 && low > 0.2 && high - low < 0.03, "{} {low} {high}", shades.len());
+}
+
+#[test]
+fn smaller_steps_leave_pictures_as_they_are() {
+    for scene in PictureScene::all(48, 8) {
+        let mut truth = Truth::new(&scene.field, STEPS);
+        let pixels = truth.picture(&scene.eye);
+        truth.coarseness = 0.25;
+        for (pixel, finer) in pixels.iter().zip(truth.picture(&scene.eye)) {
+            // A tenth of a level.
+            let apart = (pixel.lit_occluded - finer.lit_occluded).abs().max_element();
+            assert!(apart < 4e-4, "{} {}: {apart}", scene.name, scene.transfer);
+        }
+    }
+}
