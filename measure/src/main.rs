@@ -141,8 +141,8 @@ struct Instead {
     /// How far pictures of analytic scenes are from the truth, a JSON line per scene, setting and mode. Writes each
     /// picture, its truth and their difference into the folder of --out. --most leaves out larger volumes. --quick
     /// takes 48 voxels along each side and small images.
-    #[arg(long)]
-    picture: bool,
+    #[arg(long, value_name = "SCENE", num_args = 0..=1)]
+    picture: Option<Option<String>>,
     /// Every table that generated volumes allow, in at most 8 minutes on a GPU. Writes a Markdown file and a CSV
     /// file into the folder, both named after the graphics device.
     #[arg(long, value_name = "DIR")]
@@ -189,8 +189,8 @@ fn main() -> Result<(), String> {
         fingerprints::run()
     } else if instead.gallery {
         gallery::run(&options)
-    } else if instead.picture {
-        picture::run(&options)
+    } else if let Some(scene) = &instead.picture {
+        picture::run(scene.as_deref(), &options)
     } else if let Some(folder) = &instead.report {
         report::run(folder, &options)
     } else {

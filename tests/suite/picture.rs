@@ -45,9 +45,14 @@ fn a_slab_lets_through_the_power_of_its_thickness() {
     let truth = Truth::new(&field, STEPS);
     for direction in [DVec3::NEG_Z, DVec3::new(0.3, 0.2, -1.0).normalize()] {
         let pixel = truth.pixel(DVec3::new(0.0, 0.0, 60.0), direction);
-        let through = 0.8f64.powf(10.0 / direction.z.abs());
-        assert!((1.0 - pixel.alpha - through).abs() < 1e-4, "{} {through}", 1.0 - pixel.alpha);
-        assert!((pixel.facing / pixel.alpha.signum() - direction.z.abs()).abs() < 1e-9, "{}", pixel.facing);
+        let facing = direction.z.abs();
+        let through = |depth: f64| 0.8f64.powf(depth / facing);
+        let found = 1.0 - pixel.alpha;
+        assert!((found - through(10.0)).abs() < 1e-4, "{found} {}", through(10.0));
+        // Within a voxel of either side there is a surface.
+        let inside = through(1.0) - through(9.0);
+        let expected = inside + (1.0 - through(10.0) - inside) * lit(DVec3::ONE, facing, 1.0).x;
+        assert!((pixel.lit.x - expected).abs() < 1e-3, "{} {expected}", pixel.lit.x);
     }
 }
 
@@ -131,9 +136,9 @@ fn smaller_steps_leave_pictures_as_they_are() {
         let pixels = truth.picture(&scene.eye);
         truth.coarseness = 0.25;
         for (pixel, finer) in pixels.iter().zip(truth.picture(&scene.eye)) {
-            // A tenth of a level.
+            // A quarter of a level.
             let apart = (pixel.lit_occluded - finer.lit_occluded).abs().max_element();
-            assert!(apart < 4e-4, "{} {}: {apart}", scene.name, scene.transfer);
+            assert!(apart < 1e-3, "{} {}: {apart}", scene.name, scene.transfer);
         }
     }
 }

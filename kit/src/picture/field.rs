@@ -69,13 +69,17 @@ impl Field {
         self.tissues.iter().map(of).sum()
     }
 
-    /// Direction in which the value changes most, of any length and either sign.
-    pub fn gradient(&self, p: DVec3) -> DVec3 {
+    /// Normal of the surface at a point, a unit vector of either sign: the direction in which the value changes most.
+    /// There is no surface where the opacity does not change within a voxel in that direction.
+    pub fn normal(&self, p: DVec3) -> Option<DVec3> {
         let of = |tissue: &Tissue| {
             let away = tissue.solid.distance(p) / self.blur_mm();
             tissue.value * edge::steepness(away) * tissue.solid.normal(p)
         };
-        self.tissues.iter().map(of).sum()
+        let normal = self.tissues.iter().map(of).sum::<DVec3>().try_normalize()?;
+        let here = self.opacity(p);
+        let changes = |side: f64| (self.opacity(p + side * self.voxel_mm * normal) - here).abs() > 1e-6;
+        (changes(1.0) || changes(-1.0)).then_some(normal)
     }
 
     /// Light (linear RGB) and opacity over a voxel's length of a value: linear between points, constant beyond.

@@ -78,7 +78,7 @@ pub struct Pixel {
     pub lit_occluded: DVec3,
     /// Opacity, 0 to 1.
     pub alpha: f64,
-    /// Mean cosine between normals and line of sight.
+    /// Mean cosine between normals and line of sight; 1 where there is no surface.
     pub facing: f64,
 }
 
@@ -89,7 +89,15 @@ struct Slice {
     /// Share of the pixel.
     weight: f64,
     color: DVec3,
-    facing: f64,
+    /// Cosine between normal and line of sight; `None` where there is no surface.
+    facing: Option<f64>,
+}
+
+impl Slice {
+    /// The light of the slice, lit from the camera. Without a surface it has the colour.
+    fn lit(&self, ambient: f64) -> DVec3 {
+        self.facing.map_or(self.color * ambient, |facing| lit(self.color, facing, ambient))
+    }
 }
 
 /// A scene with its occlusion.
@@ -138,10 +146,10 @@ impl<'a> Truth<'a> {
             let along_mm = group.iter().map(|slice| slice.weight * slice.along_mm).sum::<f64>() / place;
             let ambient = self.occlusion.at(origin + along_mm * direction);
             for slice in group {
-                pixel.lit += slice.weight * lit(slice.color, slice.facing, 1.0);
+                pixel.lit += slice.weight * slice.lit(1.0);
                 pixel.occluded += slice.weight * slice.color * ambient;
-                pixel.lit_occluded += slice.weight * lit(slice.color, slice.facing, ambient);
-                pixel.facing += slice.weight * slice.facing;
+                pixel.lit_occluded += slice.weight * slice.lit(ambient);
+                pixel.facing += slice.weight * slice.facing.unwrap_or(1.0);
             }
             (place, first) = (0.0, k + 1);
         }
@@ -193,8 +201,8 @@ impl<'a> Truth<'a> {
             let (color, opacity) = field.classify(field.value(at(middle)));
             let weight = transmittance * opacity_of(opacity, step / voxel);
             if weight > 0.0 {
-                let normal = cut_normal.unwrap_or_else(|| field.gradient(at(middle)));
-                let facing = (normal.dot(direction) / normal.length().max(f64::MIN_POSITIVE)).abs();
+                let normal = cut_normal.or_else(|| field.normal(at(middle)));
+                let facing = normal.map(|normal| normal.dot(direction).abs());
                 slices.push(Slice { along_mm: middle, weight, color, facing });
                 transmittance -= weight;
             }

@@ -45,13 +45,20 @@ fn settings() -> Vec<Setting> {
 /// The ways to shade.
 const MODES: [ShadingMode; 3] = [ShadingMode::Phong, ShadingMode::Cao, ShadingMode::PhongCao];
 
-/// Prints a line for every scene, setting and mode.
-pub fn run(options: &Options) -> Result<(), String> {
+/// Prints a line for every scene, setting and mode; of the scene of this name alone if there is one.
+pub fn run(name: Option<&str>, options: &Options) -> Result<(), String> {
     std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let resolutions = if options.quick { &RESOLUTIONS[..1] } else { &RESOLUTIONS[..] };
     let pixels = if options.quick { PIXELS / 2 } else { PIXELS };
+    let names = PictureScene::all(RESOLUTIONS[0], pixels).into_iter().map(|scene| scene.name);
+    let mut names: Vec<_> = names.collect();
+    names.dedup();
+    if let Some(name) = name.filter(|name| !names.iter().any(|known| known == name)) {
+        return Err(format!("unknown scene `{name}`: expected one of {}", names.join(", ")));
+    }
     for &voxels in resolutions.iter().filter(|voxels| **voxels <= options.most) {
-        for scene in PictureScene::all(voxels, pixels) {
+        let scenes = PictureScene::all(voxels, pixels).into_iter();
+        for scene in scenes.filter(|scene| name.is_none_or(|name| scene.name == name)) {
             compare(&scene, options)?;
         }
     }
