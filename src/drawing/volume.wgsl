@@ -31,7 +31,7 @@
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
     shading::shade,
-    view_ray::{OPAQUE, ViewRay, samples_of, view_ray},
+    view_ray::{OPAQUE, ViewRay, view_ray},
     volume_bindings::{edge_sampler, volume},
 }
 
@@ -107,13 +107,13 @@ fn accumulate(before: Pixel, slice: Slice, first: f32, last: f32, ray: ViewRay, 
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 
-fn accumulate_run(before: Pixel, run: Run, ray: ViewRay, end: u32) -> Pixel {
+fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
     var pixel = before;
     // A ray that begins in the volume's box begins at a cut too.
     let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
-    var first = intensity_at(ray, slice_of_run(ray, run, 0u, end).begin_mm);
+    var first = intensity_at(ray, slice_of_run(ray, run, 0u).begin_mm);
     for (var k = 0u; k < slices_of(run) && pixel.alpha < OPAQUE; k += 1u) {
-        let slice = slice_of_run(ray, run, k, end);
+        let slice = slice_of_run(ray, run, k);
         // Opaque geometry hides the rest.
         if slice.steps < 0.0 {
             break;
@@ -156,12 +156,11 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     var pixel = Pixel(hit.alpha * color, hit.alpha);
 #else
     var pixel = Pixel(vec3(0.0), 0.0);
-    let end = samples_of(ray);
     var run = first_run(marched_view, vec2<u32>(position.xy));
     // Two draws share the pixels: one of them can follow rays on, where runs found no room.
     let is_cut_off = run.is_cut_off;
     while true {
-        pixel = accumulate_run(pixel, run, ray, end);
+        pixel = accumulate_run(pixel, run, ray);
         if run.then != THEN_RUN || pixel.alpha >= OPAQUE {
             break;
         }
@@ -172,7 +171,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     while run.then >= THEN_SAMPLES && pixel.alpha < OPAQUE {
         var march = march_behind(ray, run, pixel.alpha);
         run = next_run(ray, &march, OPAQUE);
-        pixel = accumulate_run(pixel, run, ray, end);
+        pixel = accumulate_run(pixel, run, ray);
     }
 #endif
 #ifdef CUT_OFF_ALONE

@@ -71,7 +71,20 @@ fn in_front(pixel: Pixel) -> DVec3 {
 }
 
 /// Compares a part of the image with the expected colours.
-fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expected: impl Fn(UVec2) -> DVec3) {
+fn assert_shows(name: &str, scene: &TestScene, part: [UVec2; 2], expected: impl Fn(UVec2) -> DVec3) {
+    // The largest of three roundings is 3/8 of a byte on average. Steps of an eighth of a voxel, filter weights of 8 bits
+    // and mapping tones are off by half as much again.
+    assert_shows_within(0.6, name, scene, part, expected);
+}
+
+/// The same with the most bytes by which pixels may be off on average.
+fn assert_shows_within(
+    most_mean: f64,
+    name: &str,
+    scene: &TestScene,
+    [first, size]: [UVec2; 2],
+    expected: impl Fn(UVec2) -> DVec3,
+) {
     let image = scene.headless.image();
     let background = BACKGROUND.to_array().map(srgb_byte);
     let mut differences = Vec::new();
@@ -96,9 +109,7 @@ fn assert_shows(name: &str, scene: &TestScene, [first, size]: [UVec2; 2], expect
         "{name}: {shown} of {count} pixels, off by {mean:.3} bytes, {far} by more than 3, at most {most:.1}"
     );
     assert!(shown > count / 8, "{name}: {shown} of {count} pixels show the volume");
-    // The largest of three roundings is 3/8 of a byte on average. Steps of an eighth of a voxel and filter weights of
-    // 8 bits are off by as much again.
-    assert!(mean < 0.7, "{name}: pixels are off by {mean} bytes");
+    assert!(mean < most_mean, "{name}: pixels are off by {mean} bytes");
     // Where a carver or a mesh is seen edge-on, a texel of its depth map or half a step decides.
     assert!(far <= shown / 100, "{name}: {far} of {shown} pixels are off by more than 3 bytes");
 }
@@ -384,6 +395,11 @@ fn every_mode_shades_the_integral() {
             }
         };
         let integral = Integral { shade: &shade, ..Integral::of(&volume, &function) };
-        check(mode.name(), &mut scene, &integral);
+        let camera = scene.camera();
+        let view = View::of(&mut scene, camera, IMAGE);
+        // Intensities change by 10 bytes a voxel, so that rounding them turns normals by a degree.
+        let most_mean = if mode.uses_light() { 0.9 } else { 0.6 };
+        let expected = |pixel| in_front(integral.pixel(&view, pixel));
+        assert_shows_within(most_mean, mode.name(), &scene, ALL, expected);
     }
 }

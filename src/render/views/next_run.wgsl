@@ -121,13 +121,14 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             alpha = alpha_behind(alpha, extinction, 1.0);
             before = behind;
             run.count += 1u;
+            run.last_steps = 1.0;
             i += 1u;
         }
         if i >= count || run.count == MOST_IN_RUN || alpha >= most_alpha {
             break;
         }
         let begin_mm = along_ray(ray, i);
-        let end_mm = begin_mm + step_mm;
+        let end_mm = along_ray(ray, i + 1u);
         // Tests whether both ends are clipped. Where one is, halving finds the cut: the visible point nearest to the
         // carver's surface.
         var state_behind = UNTESTED;
@@ -174,7 +175,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             run.cut_mm = select(run.cut_mm, visible_mm, enters);
             run.first = select(run.first, i + u32(enters), !is_open);
             run.count += u32(!enters);
-            run.last_steps = select(1.0, (visible_mm - begin_mm) / step_mm, leaves);
+            run.last_steps = (select(end_mm, visible_mm, leaves) - begin_mm) / step_mm;
             let steps = select(run.last_steps, (end_mm - visible_mm) / step_mm, enters);
             alpha = alpha_behind(alpha, extinction, steps);
         }

@@ -67,7 +67,7 @@ struct Slice {
     // Distances of its ends from the ray's start.
     begin_mm: f32,
     end_mm: f32,
-    // Length in steps: may be 0, and is negative if the slice is hidden.
+    // Length in steps: negative if the slice lies behind the ray's end.
     steps: f32,
 }
 
@@ -75,16 +75,15 @@ fn slices_of(run: Run) -> u32 {
     return run.count + u32(run.has_cut);
 }
 
-// Slice of a run by its number. Samples from `end` on are hidden.
-fn slice_of_run(ray: ViewRay, run: Run, number: u32, end: u32) -> Slice {
+// Slice of a run by its number, up to the ray's end.
+fn slice_of_run(ray: ViewRay, run: Run, number: u32) -> Slice {
     let is_cut = run.has_cut && number == 0u;
     let i = run.first + select(number - u32(run.has_cut), 0u, is_cut);
     let along_mm = along_ray(ray, i);
-    // The slice in front of a hidden sample is whole.
-    let is_last = i + 1u == run.first + run.count && i + 1u < end;
-    let steps = select(1.0, run.last_steps, is_last);
+    let is_last = i + 1u == run.first + run.count;
+    let last_mm = along_mm + run.last_steps * volume.draw_step_mm;
     let begin_mm = select(along_mm, run.cut_mm, is_cut);
-    let end_mm = select(along_mm + steps * volume.draw_step_mm, along_mm, is_cut);
-    let shown_steps = select(steps, (along_mm - run.cut_mm) / volume.draw_step_mm, is_cut);
-    return Slice(begin_mm, end_mm, select(-1.0, shown_steps, i < end));
+    let whole_end_mm = select(select(along_ray(ray, i + 1u), last_mm, is_last), along_mm, is_cut);
+    let end_mm = min(whole_end_mm, ray.end_mm);
+    return Slice(begin_mm, end_mm, (end_mm - begin_mm) / volume.draw_step_mm);
 }

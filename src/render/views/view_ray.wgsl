@@ -22,7 +22,7 @@ struct ViewRay {
     // Distance of `near` from the plane through the camera, and its increase per mm; world units.
     near_depth: f32,
     depth_per_mm: f32,
-    // Place of the samples within their steps, 0 to 1.
+    // Length of the first interval, steps.
     offset: f32,
 }
 
@@ -70,12 +70,13 @@ fn view_ray(
     return ray;
 }
 
-// Distance of a sample from `near`.
+// Distance of a sample from `near`. The first lies where the ray begins, the second at the offset behind it.
 fn along_ray(ray: ViewRay, i: u32) -> f32 {
-    return ray.begin_mm + (f32(i) + ray.offset) * volume.draw_step_mm;
+    return ray.begin_mm + max(f32(i) - 1.0 + ray.offset, 0.0) * volume.draw_step_mm;
 }
 
-// Number of samples of a ray.
+// Number of intervals of a ray. Interval i begins at sample i. The last one may reach beyond the ray's end.
 fn samples_of(ray: ViewRay) -> u32 {
-    return u32(clamp(ceil((ray.end_mm - ray.begin_mm) / volume.draw_step_mm - ray.offset), 0.0, MOST_SAMPLES));
+    let steps = (ray.end_mm - ray.begin_mm) / volume.draw_step_mm;
+    return select(0u, u32(clamp(ceil(steps - ray.offset), 0.0, MOST_SAMPLES - 1.0)) + 1u, steps > 0.0);
 }

@@ -54,9 +54,9 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         while k < slices && !is_stale {
             if is_rest {
                 let along_mm = along_ray(ray, run.first + k);
-                texels = texels_between(ray, along_mm, along_mm + volume.draw_step_mm, margin);
+                texels = texels_between(ray, along_mm, along_ray(ray, run.first + k + 1u), margin);
             } else {
-                let slice = slice_of_run(ray, run, k, count);
+                let slice = slice_of_run(ray, run, k);
                 texels = texels_between(ray, slice.begin_mm, slice.end_mm, margin);
             }
             is_stale = has_stale(texels);

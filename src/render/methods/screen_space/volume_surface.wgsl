@@ -44,7 +44,7 @@ fn surface_along(ray: ViewRay) -> f32 {
             break;
         }
         for (var k = 0u; k < slices; k += 1u) {
-            let slice = slice_of_run(ray, run, k, march.count);
+            let slice = slice_of_run(ray, run, k);
             // The first end that reaches the threshold.
             let begins = correct_opacity(opacity_at(ray, slice.begin_mm), volume.draw_exponent) >= opacity_threshold;
             let ends = correct_opacity(opacity_at(ray, slice.end_mm), volume.draw_exponent) >= opacity_threshold;
