@@ -108,8 +108,8 @@ fn what_is_cut_away_is_not_seen_and_casts_no_shadow() {
     let mut field = wall(DVec3::Z);
     field.cuts.push(Solid::Ball { center: DVec3::new(0.0, 0.0, 20.0), radius: 12.0 });
     let truth = Truth::new(&field, STEPS);
-    let cosine = 0.8;
-    let offset = 12.0 * (1.0 - cosine * cosine as f64).sqrt();
+    let cosine = 0.8f64;
+    let offset = 12.0 * (1.0 - cosine * cosine).sqrt();
     let pixel = truth.pixel(DVec3::new(offset, 0.0, 60.0), DVec3::NEG_Z);
     // The normal is that of the ball, and what is seen is the ball's surface.
     assert!((pixel.facing - cosine).abs() < 1e-4, "{}", pixel.facing);

@@ -5,9 +5,9 @@ use image::RgbImage;
 use std::path::Path;
 
 /// Factor on differences in pictures of them. No difference is middle grey.
-const AMPLIFIED: f64 = 16.0;
+const AMPLIFIED: f64 = 8.0;
 
-/// Writes `PATH_picture.png`, `PATH_truth.png` and `PATH_difference.png`, which is the first minus the second, times 16.
+/// Writes `PATH_picture.png`, `PATH_truth.png` and `PATH_difference.png`, which is the first minus the second, times 8.
 pub fn write(path: &Path, picture: &[u8], levels: &[[f64; 3]], size: UVec2) -> Result<(), String> {
     let pairs = || picture.chunks_exact(4).zip(levels);
     let shown = pairs().map(|(shown, _)| [shown[0], shown[1], shown[2]]);
