@@ -158,8 +158,7 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     scene.settle();
     let image = scene.headless.image();
     // The second volume fits beside the first only at half its size.
-    *scene.world().resource_mut::<VolumeBudget>() =
-        VolumeBudget { max_bytes: bytes + 3 * bytes / 5, halves: true };
+    *scene.world().resource_mut::<VolumeBudget>() = VolumeBudget { max_bytes: 2 * bytes - 1, halves: true };
     let first = scene.volume;
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
