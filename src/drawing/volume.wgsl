@@ -91,8 +91,9 @@ fn accumulate(before: Pixel, slice: Slice, first: f32, last: f32, ray: ViewRay, 
 #ifdef MODULATED
     let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
     let share = mix(1.0, textureSampleLevel(occlusion, edge_sampler, middle, 0.0).g, volume.occlusion_share);
-    // The opacity of a unit distance is modulated.
-    extinction = -log(1.0 - share * (1.0 - exp(-extinction)));
+    // The opacity of a unit distance is modulated. A whole share changes no bit.
+    let modulated = -log((1.0 - share) + share * exp(-extinction));
+    extinction = select(modulated, extinction, share > 0.9999);
 #endif
     let slice_alpha = slice_opacity(extinction, slice.steps);
     let opacity = (1.0 - before.alpha) * slice_alpha;
