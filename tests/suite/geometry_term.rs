@@ -188,7 +188,7 @@ fn check(
 #[test]
 fn a_translucent_ball_is_lit_by_the_integrated_cosine() {
     // A byte's rounding is a quarter of a byte on average. The table is off by up to 1/248, a byte, where it has a
-    // kink. A slice is shaded at one place, and a single octant's light changes by some bytes within a slice.
+    // kink. Under a single octant one pixel is off by 5.5 bytes; its cause is not known.
     check(SweepingSurface::Opacity, [0.8, 6.0], |light, volume, function, view, pixel| {
         let shade = |sample: &Sample| sample.color * light.at(sample.voxel, sample.local.normalize());
         let integral = Integral { shade: &shade, ..Integral::of(volume, function) };
