@@ -35,6 +35,8 @@ mod tissue {
 
 /// Height of the generated volume.
 const HEIGHT_MM: f32 = 240.0;
+/// Half the width of edges between skin and air, voxels.
+const AIR_EDGE: f32 = 2.0;
 /// Largest number of voxels along the height; more would not fit into memory.
 const MAX_VOXELS_HIGH: u32 = 1024;
 
@@ -105,7 +107,7 @@ impl Scene {
     /// Hounsfield units at `p`.
     fn value(&self, p: Vec3) -> f32 {
         let q = at(p.x.abs(), p.y, p.z);
-        if skin::bound(q) > self.voxel {
+        if skin::bound(q) > AIR_EDGE * self.voxel {
             return tissue::AIR;
         }
         let cavity = skull::cavity(q);
@@ -115,11 +117,11 @@ impl Scene {
         }
         let bone = skull::bone(q, cavity);
         let skin = skin::skin(q, bone);
-        if skin > self.voxel {
+        if skin > AIR_EDGE * self.voxel {
             return tissue::AIR;
         }
         let value = self.soft_tissue(q, skin);
-        let value = self.paint(value, tissue::AIR, skin::air(q, skin));
+        let value = self.paint_in_air(value, tissue::AIR, skin::air(q, skin));
         let value = self.paint_crisp(value, hard_tissue(q, bone), bone);
         let value = self.paint(value, tissue::TOOTH, jaw::teeth(q));
         let inside = cavity.min(skull::spinal_canal(q));
@@ -129,7 +131,7 @@ impl Scene {
 
     /// Skin, fat, muscle and the eye, below the skin's surface at distance `skin`.
     fn soft_tissue(&self, q: Vec3, skin: f32) -> f32 {
-        let value = self.paint(tissue::AIR, tissue::SKIN, skin);
+        let value = self.paint_in_air(tissue::AIR, tissue::SKIN, skin);
         let value = self.paint(value, tissue::FAT, skin + 2.0);
         // Streaks of fat between the strands of muscle.
         let streaks = ramp(0.25, 0.5, noise(q / at(7.0, 7.0, 16.0), 31));
@@ -163,6 +165,12 @@ impl Scene {
     fn paint(&self, value: f32, with: f32, d: f32) -> f32 {
         let cover = (0.5 - d / self.voxel).clamp(0.0, 1.0);
         value + (with - value) * cover
+    }
+
+    /// Like [`Self::paint`], but blended as a scanner does: the step has a standard deviation of 0.9 voxels. Steeper
+    /// edges would show voxels in the shading.
+    fn paint_in_air(&self, value: f32, with: f32, d: f32) -> f32 {
+        value + (with - value) * ramp(AIR_EDGE, -AIR_EDGE, d / self.voxel)
     }
 
     /// Like [`Self::paint`], but blended over two thirds of a voxel.
