@@ -65,6 +65,9 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
+    /// Interpolation of intensities: trilinear, smooth_colors or tricubic [default: that of `VolumeShading`].
+    #[arg(long)]
+    pub reconstruction: Option<Reconstruction>,
     /// Optimization to switch off (see `Optimizations`), or `all`; several may be given.
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
@@ -189,7 +192,12 @@ impl SceneOptions {
             transfer_function,
             budget: self.budget.budget(),
             occlusion: AmbientOcclusion::by(self.method()),
-            shading: VolumeShading { step_voxels: self.step_voxels, jitter: self.jitter, ..default() },
+            shading: VolumeShading {
+                step_voxels: self.step_voxels,
+                reconstruction: self.reconstruction.unwrap_or_default(),
+                jitter: self.jitter,
+                ..default()
+            },
             carvers: self.carvers.clone(),
             fov: self.fov,
         })

@@ -198,13 +198,17 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
     Ok(Measured { times, work, clipped })
 }
 
-/// Measures the scene of `benches/peers` in each mode.
+/// Measures the scene of `benches/peers` by each filter in each mode.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut stage = beside_peers(PEER_IMAGE, options)?;
-    for mode in PEER_MODES {
+    for (filter, mode) in
+        Reconstruction::ALL.into_iter().flat_map(|filter| PEER_MODES.map(|mode| (filter, mode)))
+    {
+        stage.set_reconstruction(filter);
         let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({
             "mode": mode.name(),
+            "reconstruction": filter.name(),
             "frames": options.frames,
             "recast_voxels": work.voxels,
             "samples": work.samples,

@@ -104,11 +104,19 @@ impl Stage {
 
     /// Changes the view samples of the volume to those of a preset, or to the scene's own.
     pub fn set_view_samples(&mut self, quality: Option<Quality>) {
-        let VolumeShading { step_voxels, jitter, .. } =
+        let VolumeShading { step_voxels, reconstruction, jitter, .. } =
             quality.map_or_else(|| self.shading.clone(), Quality::shading);
         let volume = self.scene.volume;
         if let Some(mut shading) = self.world().get_mut::<VolumeShading>(volume) {
-            (shading.step_voxels, shading.jitter) = (step_voxels, jitter);
+            *shading = VolumeShading { step_voxels, reconstruction, jitter, ..shading.clone() };
+        }
+    }
+
+    /// Changes the filter of intensities.
+    pub fn set_reconstruction(&mut self, reconstruction: Reconstruction) {
+        let volume = self.scene.volume;
+        if let Some(mut shading) = self.world().get_mut::<VolumeShading>(volume) {
+            shading.reconstruction = reconstruction;
         }
     }
 

@@ -76,7 +76,7 @@ pub(super) fn queue_volumes(
             if volume.is_drawn_by_method() && methods.are_there_for(&volume.occlusion.method) {
                 continue;
             }
-            let variant = DrawVariant::of(&volume.occlusion, volume.shading.reconstruction);
+            let variant = DrawVariant::of(&volume.occlusion, &volume.shading);
             let mut draw = |variant, draw_function, key| {
                 phase.add_transient(Transparent3d {
                     sorting_info: TransparentSortingInfo3d::Sorted {

@@ -18,7 +18,7 @@ use bevy::{
 use std::sync::{Arc, Mutex};
 
 use crate::{
-    occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction},
+    occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
     render::{DeviceSupport, MarchedViewUniform, RUNS_BINDING, variants_are_ready, volumes::layouts},
 };
 
@@ -46,6 +46,7 @@ pub(super) struct DrawVariant {
     /// Whether only an isosurface is drawn.
     is_isosurface: bool,
     reconstruction: Reconstruction,
+    is_lit: bool,
     pub rays: RaysDrawn,
 }
 
@@ -71,12 +72,13 @@ impl RaysDrawn {
 }
 
 impl DrawVariant {
-    pub fn of(occlusion: &AmbientOcclusion, reconstruction: Reconstruction) -> Self {
+    pub fn of(occlusion: &AmbientOcclusion, shading: &VolumeShading) -> Self {
         let texels = occlusion.texels();
         Self {
             texels: texels.shader_def(),
             is_isosurface: occlusion.method.settings().drawing().draws_surface,
-            reconstruction,
+            reconstruction: shading.reconstruction,
+            is_lit: shading.lighting != VolumeLighting::Unlit,
             // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
         }
@@ -133,9 +135,10 @@ impl SpecializedRenderPipeline for DrawPipeline {
         let groups = ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"]
             .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP as u32));
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
-        let rays = variant.rays.shader_defs().iter().copied().chain(variant.reconstruction.shader_def());
-        let variant = variant.texels.into_iter().chain(isosurface).chain(rays).map(ShaderDefVal::from);
-        let own = groups.into_iter().chain(variant);
+        let lit = variant.is_lit.then_some("LIT");
+        let named = [variant.texels, isosurface, lit].into_iter().flatten();
+        let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
+        let own = groups.into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
         defs.extend(own);
         if let Some(fragment) = &mut descriptor.fragment {

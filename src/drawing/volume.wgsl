@@ -27,12 +27,13 @@
     orientation::{Cut, NO_CUT},
     marched_view::MarchedView,
     next_run::{intensity_at, march_behind, next_run},
-    preintegration::{extinction_between, slice_opacity, table_place},
+    preintegration::{EXTINCTION_ROW, TablePlace, mean_between, slice_opacity, table_place, value_at},
+    reconstruction::sharp_at_place,
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay, view_ray},
-    volume_bindings::{edge_sampler, volume},
+    volume_bindings::{classify_intensity, edge_sampler, volume},
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
@@ -56,27 +57,54 @@ struct Pixel {
     alpha: f32,
 }
 
-// A slice is shaded where half of its opacity lies in front, found to a part of the slice by halving.
-const PLACE_HALVINGS: i32 = 5;
 // Slices of less opacity are shaded in their middle.
 const THIN: f32 = 0.1;
+// A difference of extinctions that counts as none, as a share of them.
+const EVEN: f32 = 1e-3;
+// A slice with a peak is halved this often.
+const PLACE_HALVINGS: i32 = 5;
 
-// The share of a slice that lies in front of the place to shade. Its intensities change from `first` to `last`.
-fn place_in_slice(first: f32, last: f32, steps: f32, opacity: f32) -> f32 {
-    if opacity < THIN {
-        return 0.5;
+// An end of a slice.
+struct End {
+    intensity: f32,
+    place: TablePlace,
+}
+
+fn end_at(ray: ViewRay, along_mm: f32) -> End {
+    let intensity = intensity_at(ray, along_mm);
+    return End(intensity, table_place(intensity, EXTINCTION_ROW));
+}
+
+// Place in the table of a part of a slice.
+fn place_between(first: End, last: End, part: f32) -> TablePlace {
+    return table_place(mix(first.intensity, last.intensity, part), EXTINCTION_ROW);
+}
+
+// The part of a slice in front of the place up to which extinction adds up to `half`; `mean` is that of the slice.
+fn place_of_half(first: End, last: End, mean: f32, half: f32) -> f32 {
+    let before = value_at(first.place);
+    let behind = value_at(last.place);
+    let tolerance = EVEN * mean;
+    if min(before, behind) > mean + tolerance || max(before, behind) < mean - tolerance {
+        // The slice has a peak or a valley: the place is found by halving.
+        var near = 0.0;
+        var far = 1.0;
+        for (var k = 0; k < PLACE_HALVINGS; k += 1) {
+            let middle = 0.5 * (near + far);
+            let depth = middle * mean_between(first.place, place_between(first, last, middle));
+            near = select(near, middle, depth < half);
+            far = select(middle, far, depth < half);
+        }
+        return 0.5 * (near + far);
     }
-    let before = table_place(first);
-    let half = -log(1.0 - 0.5 * opacity) / (steps * volume.draw_exponent);
-    var near = 0.0;
-    var far = 1.0;
-    for (var k = 0; k < PLACE_HALVINGS; k += 1) {
-        let middle = 0.5 * (near + far);
-        let depth = middle * extinction_between(before, table_place(mix(first, last, middle))).w;
-        near = select(near, middle, depth < half);
-        far = select(middle, far, depth < half);
-    }
-    return 0.5 * (near + far);
+    // A jump of extinction, as at a surface, gives a first guess. A step by Newton's method mends it.
+    let change = behind - before;
+    let jump = saturate(select((behind - mean) / change, 0.0, abs(change) < tolerance));
+    let in_front = before * jump;
+    let part = saturate(select(jump + (half - in_front) / behind, half / before, half < in_front));
+    let place = place_between(first, last, part);
+    let depth = part * mean_between(first.place, place);
+    return saturate(part + (half - depth) / max(value_at(place), 0.25 * mean));
 }
 
 // A cut as seen from a point of the ray behind it.
@@ -85,9 +113,9 @@ fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
 }
 
 // Adds a slice of a ray to a pixel. Its intensities change from `first` to `last`.
-fn accumulate(before: Pixel, slice: Slice, first: f32, last: f32, ray: ViewRay, cut_mm: f32) -> Pixel {
-    let mean = extinction_between(table_place(first), table_place(last));
-    var extinction = mean.w;
+fn accumulate(before: Pixel, slice: Slice, first: End, last: End, ray: ViewRay, cut_mm: f32) -> Pixel {
+    let mean = mean_between(first.place, last.place);
+    var extinction = mean;
 #ifdef MODULATED
     let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
     let share = mix(1.0, textureSampleLevel(occlusion, edge_sampler, middle, 0.0).g, volume.occlusion_share);
@@ -100,11 +128,22 @@ fn accumulate(before: Pixel, slice: Slice, first: f32, last: f32, ray: ViewRay, 
     if slice.steps <= 0.0 || opacity <= 0.0 {
         return before;
     }
-    let part = place_in_slice(first, last, slice.steps, slice_alpha);
+    var part = 0.5;
+    if slice_alpha > THIN {
+        // Half of the opacity lies in front.
+        let share = -log(1.0 - 0.5 * slice_alpha) / (extinction * slice.steps * volume.draw_exponent);
+        part = place_of_half(first, last, mean, share * mean);
+    }
     let along_mm = mix(slice.begin_mm, slice.end_mm, part);
     let p = ray.origin + along_mm * ray.velocity;
     let cut = cut_before(ray, cut_mm, along_mm);
-    let color = shade(mean.rgb / mean.w, opacity, p, ray.direction, ambient_at(p, cut), cut);
+#ifdef SMOOTH_COLORS
+    let intensity = sharp_at_place(p);
+#else
+    let intensity = mix(first.intensity, last.intensity, part);
+#endif
+    let base = classify_intensity(intensity).rgb;
+    let color = shade(base, opacity, p, ray.direction, ambient_at(p, cut), cut);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 
@@ -112,14 +151,14 @@ fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
     var pixel = before;
     // A ray that begins in the volume's box begins at a cut too.
     let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
-    var first = intensity_at(ray, slice_of_run(ray, run, 0u).begin_mm);
+    var first = end_at(ray, slice_of_run(ray, run, 0u).begin_mm);
     for (var k = 0u; k < slices_of(run) && pixel.alpha < OPAQUE; k += 1u) {
         let slice = slice_of_run(ray, run, k);
         // Opaque geometry hides the rest.
         if slice.steps < 0.0 {
             break;
         }
-        let last = intensity_at(ray, slice.end_mm);
+        let last = end_at(ray, slice.end_mm);
         pixel = accumulate(pixel, slice, first, last, ray, cut_mm);
         first = last;
     }

@@ -4,7 +4,7 @@ use bevy::{prelude::*, render::renderer::RenderDevice};
 
 use super::{
     AmbientOcclusion, MethodBytes, OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall,
-    Reconstruction,
+    Reconstruction, VolumeLighting,
 };
 use crate::volume::{BytesTaken, LookupTable, StoredBytes, VolumeBudget};
 
@@ -25,12 +25,13 @@ impl FittedOcclusion {
     }
 }
 
-/// The occlusion that is computed and drawn, and the filter. While pipelines are being compiled these are the previous
-/// ones.
+/// The occlusion that is computed and drawn, the filter and the light. While pipelines are being compiled these are the
+/// previous ones.
 #[derive(Component, PartialEq)]
 pub(crate) struct ShownOcclusion {
     pub fitted: FittedOcclusion,
     pub reconstruction: Reconstruction,
+    pub lighting: VolumeLighting,
 }
 
 /// Memory that a method takes for a volume of these dimensions, with the occlusion texture beyond a scalar a voxel.

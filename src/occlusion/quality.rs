@@ -1,18 +1,20 @@
-//! Quality presets: the rays of a voxel, their resolution and the samples of view rays under one name.
+//! Quality presets: the rays of a voxel, their resolution, and the samples of view rays with their filter under one name.
 
 use bevy::prelude::*;
 use core::{fmt, str::FromStr};
 
-use super::{AmbientOcclusion, OcclusionRays, OcclusionResolution, RayPattern, VolumeShading};
+use super::{
+    AmbientOcclusion, OcclusionRays, OcclusionResolution, RayPattern, Reconstruction, VolumeShading,
+};
 
 /// A preset of the settings that trade time for accuracy.
 ///
-/// | | rays | resolution | view samples, voxels | jitter |
-/// | --- | --- | --- | --- | --- |
-/// | `Low` | 14 | half | 1 | yes |
-/// | `Medium` | 36 | full | 0.5 | yes |
-/// | `High` | 96 | full | 0.25 | yes |
-/// | `Reference` | 512 | full | 0.125 | no |
+/// | | rays | resolution | view samples, voxels | jitter | reconstruction |
+/// | --- | --- | --- | --- | --- | --- |
+/// | `Low` | 14 | half | 1 | yes | trilinear |
+/// | `Medium` | 36 | full | 0.5 | yes | smooth colours |
+/// | `High` | 96 | full | 0.25 | yes | smooth colours |
+/// | `Reference` | 512 | full | 0.125 | no | smooth colours |
 ///
 /// All presets reach equally far: 20 samples a ray, a voxel apart. Fewer and longer steps of the same reach lose more
 /// accuracy than they save time. `docs/methods.md` has the error and the time of each preset.
@@ -67,7 +69,9 @@ impl Quality {
     pub fn shading(self) -> VolumeShading {
         let medium = VolumeShading::default();
         match self {
-            Self::Low => VolumeShading { step_voxels: 1.0, ..medium },
+            Self::Low => {
+                VolumeShading { step_voxels: 1.0, reconstruction: Reconstruction::Trilinear, ..medium }
+            }
             Self::Medium => medium,
             Self::High => VolumeShading { step_voxels: 0.25, ..medium },
             // The slices are too thin to be seen, so that noise would only add an error.
@@ -84,8 +88,8 @@ impl Quality {
             let OcclusionRays { pattern, resolution, .. } = self.rays();
             *rays = OcclusionRays { pattern, resolution, ..*rays };
         }
-        let VolumeShading { step_voxels, jitter, .. } = self.shading();
-        (shading.step_voxels, shading.jitter) = (step_voxels, jitter);
+        let VolumeShading { step_voxels, reconstruction, jitter, .. } = self.shading();
+        *shading = VolumeShading { step_voxels, reconstruction, jitter, ..shading.clone() };
     }
 
     /// The preset of these settings; `None` if they are of no preset.

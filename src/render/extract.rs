@@ -176,6 +176,7 @@ pub(crate) fn extract_scene(
                 ambient_occlusion: uses_occlusion,
                 step_voxels,
                 reconstruction: shown.reconstruction,
+                lighting: shown.lighting,
                 ..shading.clone()
             },
             recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,

@@ -94,14 +94,14 @@ impl VolumeSize {
     }
 
     /// Bytes per brick in all buffers together, and in the largest buffer.
-    const BYTES_PER_BRICK: u64 = 52;
+    const BYTES_PER_BRICK: u64 = 56;
     const MAX_BYTES_PER_BRICK: u64 = 24;
     /// Bytes per superbrick of 4x4x4 bricks: its state, and its places in two lists.
     const BYTES_PER_SUPERBRICK: u64 = 20;
-    /// Bytes of the lookup table (seven rows), of the counts of opaque entries before each entry, and of the list
+    /// Bytes of the lookup table (five rows), of the counts of opaque entries before each entry, and of the list
     /// heads.
     const BYTES_OF_TABLES: u64 =
-        7 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
+        5 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
 }
 
 /// A volume that does not fit, with the dimensions that would fit.

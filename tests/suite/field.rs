@@ -45,6 +45,12 @@ impl Field {
         (0..8).map(corner).sum()
     }
 
+    /// The same number by a tricubic B-spline without the blur that it adds: a sixth of the second differences.
+    pub fn sharp_at(&self, place: DVec3) -> f64 {
+        let around = DVec3::AXES.map(|axis| self.at(place + axis) + self.at(place - axis));
+        self.spline_at(place) - (around.iter().sum::<f64>() - 6.0 * self.at(place)) / 6.0
+    }
+
     /// The same number by a tricubic B-spline.
     pub fn spline_at(&self, place: DVec3) -> f64 {
         let first = place.floor();

@@ -21,8 +21,8 @@ const DARK: f64 = 1e-4;
 pub struct Integral<'a> {
     pub geometry: VolumeGeometry,
     pub intensities: Field,
-    /// Whether intensities between voxels are those of a tricubic B-spline.
-    pub is_smooth: bool,
+    /// Interpolation of intensities.
+    pub filter: Reconstruction,
     pub function: TransferFunction,
     /// Volume space (mm) → world.
     pub world_from_local: DMat4,
@@ -93,7 +93,7 @@ impl Integral<'_> {
         Self {
             geometry: VolumeGeometry::of(volume),
             intensities: Field::of(volume),
-            is_smooth: true,
+            filter: default(),
             function: function.clone(),
             world_from_local: DMat4::from_scale(DVec3::splat(WORLD_UNITS_PER_MM.into())),
             is_clipped: &|_| false,
@@ -104,9 +104,17 @@ impl Integral<'_> {
 
     /// Linear colour, and opacity per mm, at a place (voxels).
     fn classify(&self, voxel: DVec3) -> (DVec3, f64) {
-        let smooth = self.is_smooth.then(|| self.intensities.spline_at(voxel));
-        let value = smooth.unwrap_or_else(|| self.intensities.at(voxel));
-        let [r, g, b, opacity] = self.function.sample(value as f32);
+        let field = &self.intensities;
+        let opaque = match self.filter {
+            Reconstruction::Tricubic => field.spline_at(voxel),
+            _ => field.at(voxel),
+        };
+        let colored = match self.filter {
+            Reconstruction::Trilinear => opaque,
+            _ => field.sharp_at(voxel),
+        };
+        let [.., opacity] = self.function.sample(opaque as f32);
+        let [r, g, b, _] = self.function.sample(colored as f32);
         let color = LinearRgba::from(Srgba::rgb(r, g, b));
         let transmittance = 1.0 - f64::from(opacity);
         let per_mm = 1.0 - transmittance.powf(f64::from(self.function.opacity_unit_distance_mm).recip());

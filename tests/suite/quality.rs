@@ -34,7 +34,9 @@ fn shading(scene: &mut TestScene) -> Mut<'_, VolumeShading> {
 }
 
 fn set_view_samples(scene: &mut TestScene, quality: Quality) {
-    *shading(scene) = quality.shading();
+    let VolumeShading { step_voxels, jitter, .. } = quality.shading();
+    let mut shading = shading(scene);
+    (shading.step_voxels, shading.jitter) = (step_voxels, jitter);
 }
 
 fn adapt(scene: &mut TestScene, quality: MotionQuality) {

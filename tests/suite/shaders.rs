@@ -17,7 +17,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 30] = sources![
+const LIBRARIES: [(&str, &str); 31] = sources![
     "volumes/bindings.wgsl",
     "volumes/preintegration.wgsl",
     "volumes/reconstruction.wgsl",
@@ -39,6 +39,7 @@ const LIBRARIES: [(&str, &str); 30] = sources![
     "clipping/density.wgsl",
     "methods/filtering/voxel_lines.wgsl",
     "methods/filtering/voxel_density.wgsl",
+    "views/cut_surface.wgsl",
     "views/orientation.wgsl",
     "views/window.wgsl",
     "views/marched_view.wgsl",

@@ -1,5 +1,6 @@
 //! Other programs that draw the same scene.
 
+use bevy_contextual_ao::prelude::*;
 use serde_json::Value;
 use std::{
     io::{Read, Write},
@@ -20,9 +21,11 @@ pub fn peers(record: &mut Recorder) -> Result<(), String> {
     let python = record.options.python.as_path();
     let pixels = if record.options.quick { record.scale.image } else { shell::PEER_IMAGE };
     let mut stage = shell::beside_peers(pixels, record.options)?;
-    for mode in shell::PEER_MODES {
-        let case = format!("ours, {}", mode.name());
+    let filters = Reconstruction::ALL.into_iter();
+    for (filter, mode) in filters.flat_map(|filter| shell::PEER_MODES.map(|mode| (filter, mode))) {
+        let case = format!("ours, {}, {}", mode.name(), filter.name());
         if record.has_time_for(&case) {
+            stage.set_reconstruction(filter);
             let found = shell::peer_frames(&mut stage, mode, record.options)?;
             record.times(&case, found.times);
         }

@@ -14,7 +14,7 @@
     emptiness::{is_brick_transparent, is_range_transparent},
     listed::{NOTHING, listed_item},
     clip_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, clip_pass},
-    preintegration::occlusion_opacity_between,
+    preintegration::{OCCLUSION_ROW, mean_between, table_place},
     volume_bindings::{intensities, volume},
     voxel_masks::voxel_masks,
     work_list::{FRONT, append},
@@ -97,7 +97,9 @@ fn opacity_of_voxel(voxel: vec3<u32>) -> f32 {
         highest = max(highest, max(before, behind));
     }
     let half = 0.5 * length(gradient) * volume.footprint_share;
-    return occlusion_opacity_between(max(own - half, lowest), min(own + half, highest));
+    let low = table_place(max(own - half, lowest), OCCLUSION_ROW);
+    let high = table_place(min(own + half, highest), OCCLUSION_ROW);
+    return saturate(mean_between(low, high));
 }
 
 // Whether a stale voxel is to be cast although no view asked for it.

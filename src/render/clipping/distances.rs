@@ -60,6 +60,7 @@ impl FromWorld for DistancePasses {
         let distances = BindGroupLayoutEntries::with_indices(
             stages,
             (
+                (1, read),
                 (4, read),
                 (5, read),
                 (6, read),
@@ -94,6 +95,7 @@ impl DistancePasses {
             (6, bricks.superbricks.as_entire_binding()),
         ));
         let distances = BindGroupEntries::with_indices((
+            (1, bricks.ranges.as_entire_binding()),
             (4, bricks.superbrick_list.as_entire_binding()),
             (5, bricks.near_carvers.as_entire_binding()),
             (6, bricks.superbricks.as_entire_binding()),

@@ -6,8 +6,8 @@
 // nothing farther around, its distance counts (`static_distances.wgsl`).
 
 #import bevy_contextual_ao::{
-    bricks::{CARVER_BITS, HIDDEN, brick_counts, brick_index, mask_at},
-    emptiness::is_brick_transparent,
+    bricks::{CARVER_BITS, DISTANCE_SHIFT, HIDDEN, brick_counts, brick_index, mask_at},
+    emptiness::{is_brick_transparent, ranges},
     listed::{NOTHING, listed_item},
     superbricks::{Superbrick, superbrick_at, superbrick_counts, superbrick_index},
     work_list::BACK,
@@ -114,7 +114,8 @@ fn find_distances(
         }
     }
     let distance = max(u32(nearest), textureLoad(static_distances, brick, 0).r);
-    let word = near_carvers[brick_index(brick)] | (distance << CARVER_BITS);
+    let index = brick_index(brick);
+    let word = near_carvers[index] | (ranges[index].y << CARVER_BITS) | (distance << DISTANCE_SHIFT);
     textureStore(words, brick, vec4(word, 0u, 0u, 0u));
 }
 

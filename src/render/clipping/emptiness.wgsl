@@ -7,8 +7,8 @@
 
 // Number of table entries with opacity before each entry.
 @group(1) @binding(0) var<storage, read> opaque_before: array<u32>;
-// Lowest and highest intensity around a brick (`ranges.wgsl`): 16 bits each.
-@group(1) @binding(1) var<storage, read> ranges: array<u32>;
+// Of each brick: lowest and highest intensity around it, 16 bits each, and its smoothing (`ranges.wgsl`).
+@group(1) @binding(1) var<storage, read> ranges: array<vec2<u32>>;
 
 // Whether all intensities of a range, as textures give them, are transparent.
 fn is_range_transparent(lowest: f32, highest: f32) -> bool {
@@ -19,6 +19,6 @@ fn is_range_transparent(lowest: f32, highest: f32) -> bool {
 }
 
 fn is_brick_transparent(brick: u32) -> bool {
-    let range = unpack2x16unorm(ranges[brick]);
+    let range = unpack2x16unorm(ranges[brick].x);
     return is_range_transparent(range.x, range.y);
 }

@@ -43,18 +43,18 @@ impl FromWorld for MarchPass {
         let written = storage_buffer_sized(false, None);
         let views = uniform_buffer_sized(true, None);
         let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written));
-        let pass = |reconstruction: Reconstruction| {
+        let pass = |shader_def: Option<&'static str>| {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_march",
                 shader: load_embedded_asset!(world, "march.wgsl"),
-                shader_defs: reconstruction.shader_def().map(Into::into).into_iter().collect(),
+                shader_defs: shader_def.map(Into::into).into_iter().collect(),
                 before: vec![bricks_layout()],
                 own: &own,
                 ..default()
             };
             ComputePass::new(world, descriptor)
         };
-        Self { trilinear: pass(Reconstruction::Trilinear), tricubic: pass(Reconstruction::Tricubic) }
+        Self { trilinear: pass(None), tricubic: pass(Some("TRICUBIC")) }
     }
 }
 
@@ -66,7 +66,7 @@ impl MarchPass {
 
     fn by(&self, reconstruction: Reconstruction) -> &ComputePass {
         match reconstruction {
-            Reconstruction::Trilinear => &self.trilinear,
+            Reconstruction::Trilinear | Reconstruction::SmoothColors => &self.trilinear,
             Reconstruction::Tricubic => &self.tricubic,
         }
     }

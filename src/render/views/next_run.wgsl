@@ -5,6 +5,8 @@
 // shortened. The paper (section 3.5, step VI) samples at steps alone. Rays leap over bricks that are known to be empty.
 // Clip tests check only the carvers near a sample.
 //
+// A transparent interval takes one filtered sample: of a tricubic intensity, a trilinear one gives bounds.
+//
 // Transparent intervals, and seen intervals without a carver near, have loops of their own that do little else. A device
 // runs neighbouring rays in step, and so they wait little for each other. No branch depends on uniforms alone (2 in
 // docs/drivers.md).
@@ -12,14 +14,14 @@
 #define_import_path bevy_contextual_ao::next_run
 
 #import bevy_contextual_ao::{
-    brick_bindings::{carvers_near, distance_at},
+    brick_bindings::{brick_word, carvers_near, distance_of, smoothing_of},
     bricks::{inverse_step, leap_along, samples_within},
     clip_test::is_visible,
-    preintegration::{TablePlace, extinction_between, slice_opacity, table_place},
-    reconstruction::intensity_at_place,
+    preintegration::{EXTINCTION_ROW, TablePlace, mean_between, slice_opacity, table_place},
+    reconstruction::{intensity_at_place, trilinear_at_place},
     runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
-    volume_bindings::{may_be_visible_between, opacity_of_intensity, volume},
+    volume_bindings::{may_be_visible_between, volume},
 }
 
 // A step is halved this often to find a cut. The error is less than one level of an 8-bit image.
@@ -53,12 +55,19 @@ fn intensity_at(ray: ViewRay, along_mm: f32) -> f32 {
     return intensity_at_place(ray.origin + along_mm * ray.velocity);
 }
 
-fn opacity_at(ray: ViewRay, along_mm: f32) -> f32 {
-    return opacity_of_intensity(intensity_at(ray, along_mm));
+// Bounds of the intensity at the point of a ray, in a brick with this word.
+fn intensity_bounds(ray: ViewRay, along_mm: f32, word: u32) -> vec2<f32> {
+    let trilinear = trilinear_at_place(ray.origin + along_mm * ray.velocity);
+#ifdef TRICUBIC
+    return trilinear + smoothing_of(word) * vec2(-1.0, 1.0);
+#else
+    return vec2(trilinear);
+#endif
 }
 
-fn table_place_at(ray: ViewRay, along_mm: f32) -> TablePlace {
-    return table_place(intensity_at(ray, along_mm));
+// Word of the brick at the point of a ray.
+fn word_at(ray: ViewRay, along_mm: f32) -> u32 {
+    return brick_word(0.25 * voxel_at(ray, along_mm));
 }
 
 // Point of a ray, voxels.
@@ -86,9 +95,18 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
     var state = (*march).state;
     var alpha = (*march).alpha;
     var run = Run(i, 0u, false, 0.0, 1.0, UNTESTED, THEN_END, NO_RUN, false);
-    // Intensities at both ends of the interval.
-    var before = intensity_at(ray, along_ray(ray, i));
-    var behind = before;
+    // Of both ends of the interval: words of their bricks, bounds of their intensities, and intensities. Those of the first
+    // end are only known if `is_known`.
+    var word = word_at(ray, along_ray(ray, i));
+    var word_behind = word;
+    var bounds = intensity_bounds(ray, along_ray(ray, i), word);
+    var bounds_behind = bounds;
+    var before = 0.0;
+    var behind = 0.0;
+    var is_known = false;
+    // Places of both in the table.
+    var place: TablePlace;
+    var place_behind: TablePlace;
     // Whether a leap ended at the interval's first sample: then the interval leads out of an empty brick.
     var has_leapt = false;
     var is_open = false;
@@ -97,29 +115,58 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
         // Passes over transparent intervals.
         while !is_open && i < count {
             let point = 0.25 * voxel_at(ray, along_ray(ray, i));
-            let distance = select(distance_at(point) * volume.draw_leaps, 0u, has_leapt);
+            let distance = select(distance_of(word) * volume.draw_leaps, 0u, has_leapt);
             has_leapt = distance > 0u;
             // The last sample in empty bricks begins the interval that leads out of them.
             let passed = select(1u, min(count - i, samples_within(point, leap, distance)), has_leapt);
             let next = i + passed - u32(has_leapt);
-            behind = intensity_at(ray, along_ray(ray, next));
-            if !has_leapt && may_be_visible_between(before, behind) {
+            let next_mm = along_ray(ray, next);
+            word_behind = word_at(ray, next_mm);
+            bounds_behind = intensity_bounds(ray, next_mm, word_behind);
+            let low = min(bounds.x, bounds_behind.x);
+            let high = max(bounds.y, bounds_behind.y);
+            if !has_leapt && may_be_visible_between(low, high) {
                 break;
             }
             state = select(state, UNTESTED, next > i);
-            before = behind;
+            is_known &= next == i;
+            word = word_behind;
+            bounds = bounds_behind;
             i = next;
+        }
+        if !is_open && i < count {
+#ifdef TRICUBIC
+            if !is_known {
+                before = intensity_at(ray, along_ray(ray, i));
+            }
+            behind = intensity_at(ray, along_ray(ray, i + 1u));
+            if !may_be_visible_between(before, behind) {
+                state = UNTESTED;
+                is_known = true;
+                word = word_behind;
+                bounds = vec2(behind);
+                before = behind;
+                i += 1u;
+                continue;
+            }
+#else
+            before = bounds.x;
+            behind = bounds_behind.x;
+#endif
+            place = table_place(before, EXTINCTION_ROW);
+            place_behind = table_place(behind, EXTINCTION_ROW);
         }
         // Adds seen intervals without a carver near.
         while is_open && i < count && run.count < MOST_IN_RUN && alpha < most_alpha {
             let end_mm = along_ray(ray, i + 1u);
             behind = intensity_at(ray, end_mm);
-            let extinction = extinction_between(table_place(before), table_place(behind)).w;
+            place_behind = table_place(behind, EXTINCTION_ROW);
+            let extinction = mean_between(place, place_behind);
             if extinction <= 0.0 || carvers_near(voxel_at(ray, end_mm)) != 0u {
                 break;
             }
             alpha = alpha_behind(alpha, extinction, 1.0);
-            before = behind;
+            place = place_behind;
             run.count += 1u;
             run.last_steps = 1.0;
             i += 1u;
@@ -156,18 +203,20 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             }
             point_mm = 0.5 * (visible_mm + clipped_mm);
         }
-        // Intensity at the cut; without one, at the interval's end.
+        // The intensity at a cut takes the place of that at the clipped end.
         let enters = state == CLIPPED && state_behind == SHOWN;
         let leaves = state == SHOWN && state_behind == CLIPPED;
-        var first = table_place(before);
-        var last = table_place(behind);
-        if enters {
-            first = table_place_at(ray, visible_mm);
+        var first = place;
+        var last = place_behind;
+        if enters || leaves {
+            let cut = table_place(intensity_at(ray, visible_mm), EXTINCTION_ROW);
+            if enters {
+                first = cut;
+            } else {
+                last = cut;
+            }
         }
-        if leaves {
-            last = table_place_at(ray, visible_mm);
-        }
-        let extinction = extinction_between(first, last).w;
+        let extinction = mean_between(first, last);
         let is_seen = (state == SHOWN || enters) && extinction > 0.0;
         if is_seen {
             // A run begins at a cut, or at a sample.
@@ -184,7 +233,11 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
         // The sample behind a run that ends at a transparent interval is the interval's first.
         run.state = select(state_behind, state, is_done && !is_seen);
         state = state_behind;
+        is_known = true;
+        word = word_at(ray, end_mm);
+        bounds = vec2(behind);
         before = behind;
+        place = place_behind;
         i += 1u;
     }
     let goes_on = select(THEN_SAMPLES, THEN_OPAQUE, alpha >= most_alpha);

@@ -1,12 +1,14 @@
 // Orientation of surfaces, for shading. It is the gradient of the reconstructed intensity, turned towards higher
 // opacity. Near cuts and the grid's faces, their own orientation is blended in (Weiskopf, Engel and Ertl 2003): that of a
-// cut is the gradient of the clipped opacity (V_o). Where only an isosurface is drawn, it is the gradient of the distance
+// cut is the carver's surface. Where only an isosurface is drawn, it is the gradient of the distance
 // field (`sweeping/surface.wgsl`). The binding follows those of `volume_bindings` and `brick_bindings`.
 
 #define_import_path bevy_contextual_ao::orientation
 
 #import bevy_contextual_ao::{
-    reconstruction::{intensity_at_place, intensity_gradient},
+    brick_bindings::carvers_near,
+    cut_surface::away_from_cut,
+    reconstruction::{intensity_gradient, trilinear_at_place},
     volume_bindings::{edge_sampler, opacity_of_intensity, volume},
 }
 
@@ -66,23 +68,49 @@ fn unit(direction: vec3<f32>) -> vec3<f32> {
     return select(vec3(0.0), direction / size, size > 1e-6);
 }
 
-// The surface that is seen lies in the foot of an edge, where the gradient is small and follows the voxels. Its direction
-// is therefore that of two places: the other one is this far inside the edge, voxels.
-const INSIDE: f32 = 1.0;
-
 // Direction towards higher opacity by the intensities alone, volume space, of length 1 or 0.
+//
+// A surface is often seen in the foot of an edge, where the gradient is small and follows the voxels. Its direction is
+// therefore taken where the edge is steepest, up to a voxel from there along the gradient. In front of a thin wall that
+// place is in front of the wall's middle.
 fn inward_by_intensities(p: vec3<f32>) -> vec3<f32> {
-    let size = vec3<f32>(volume.dimensions);
-    var gradient = intensity_gradient(p);
-    // A voxel further on, opacity is higher or lower.
-    let per_voxel = gradient / size;
-    let change = length(per_voxel);
-    let intensity = intensity_at_place(p);
+    let texel = 1.0 / vec3<f32>(volume.dimensions);
+    let x = vec3(texel.x, 0.0, 0.0);
+    let y = vec3(0.0, texel.y, 0.0);
+    let z = vec3(0.0, 0.0, texel.z);
+    // A rough gradient, per voxel.
+    let slope = 0.5 * vec3(
+        trilinear_at_place(p + x) - trilinear_at_place(p - x),
+        trilinear_at_place(p + y) - trilinear_at_place(p - y),
+        trilinear_at_place(p + z) - trilinear_at_place(p - z),
+    );
+    let change = length(slope);
+    let along = unit(slope) * texel;
+    let intensity = trilinear_at_place(p);
+    let rise = trilinear_at_place(p + along) - intensity;
+    let rise_before = intensity - trilinear_at_place(p - along);
+    // Exact for an edge that is a normal distribution of 0.9 voxels.
+    let to_steepest = 2.0 * (rise - rise_before) / max(rise + rise_before, 1e-9);
+    let gradient = intensity_gradient(p + clamp(to_steepest, -1.0, 1.0) * along);
+    // Over a voxel, opacity rises or falls.
     let falls = opacity_of_intensity(intensity + change) < opacity_of_intensity(intensity - change);
-    let sign = select(1.0, -1.0, falls);
-    let inner = intensity_gradient(p + INSIDE * sign * unit(per_voxel) / size);
-    gradient += select(vec3(0.0), inner, dot(inner, gradient) > 0.0);
-    return sign * unit((transpose(volume.texture_from_local) * vec4(gradient, 0.0)).xyz);
+    let inward = unit((transpose(volume.texture_from_local) * vec4(gradient, 0.0)).xyz);
+    return select(1.0, -1.0, falls) * inward;
+}
+
+// Direction into what is seen at a point on a cut, volume space, of any length.
+fn inward_from_cut(p: vec3<f32>) -> vec3<f32> {
+    let face = inward_from_face(p);
+    if dot(face, face) > 0.0 {
+        return face;
+    }
+    let voxel = p * vec3<f32>(volume.dimensions);
+    let position_mm = (volume.local_from_voxel * vec4(voxel - 0.5, 1.0)).xyz;
+    let away = away_from_cut(position_mm, carvers_near(voxel));
+    if dot(away, away) > 0.0 {
+        return away;
+    }
+    return inward_by_opacities(p);
 }
 
 // Direction into what is seen at a point, volume space, of length 1 or less.
@@ -92,8 +120,7 @@ fn inward(p: vec3<f32>, cut: Cut) -> vec3<f32> {
         direction = (1.0 - cut.share) * inward_by_intensities(p);
     }
     if cut.share > 0.0 {
-        let face = inward_from_face(cut.place);
-        direction += cut.share * unit(select(inward_by_opacities(cut.place), face, dot(face, face) > 0.0));
+        direction += cut.share * unit(inward_from_cut(cut.place));
     }
     return direction;
 }

@@ -1,5 +1,5 @@
 // Shading of samples of a volume: darkened by occlusion and, if set, lit by Blinn-Phong (CAO paper,
-// section 3.5). Normals come from `orientation`, the light is at the camera.
+// section 3.5). Normals come from `orientation`, the light is at the camera. LIT is set where there may be a light.
 
 #define_import_path bevy_contextual_ao::shading
 
@@ -21,6 +21,7 @@ fn shade(
     ambient: f32,
     cut: Cut,
 ) -> vec3<f32> {
+#ifdef LIT
     if opacity * volume.light_share <= 0.0 {
         return color * ambient;
     }
@@ -30,4 +31,7 @@ fn shade(
     let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);
     let highlight = select(0.0, SPECULAR * pow(facing, SHININESS), steepness > 1e-6);
     return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
+#else
+    return color * ambient;
+#endif
 }

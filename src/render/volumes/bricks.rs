@@ -42,7 +42,7 @@ pub(crate) struct BrickResources {
     pub bricks: u32,
     /// Number of superbricks along each axis.
     pub superbrick_counts: UVec3,
-    /// Lowest and highest intensity around each brick, 16 bits each.
+    /// Of each brick: lowest and highest intensity around it, 16 bits each, and its smoothing (`ranges.wgsl`).
     pub ranges: Buffer,
     /// Number of lookup table entries with opacity before each entry.
     pub opaque_before: Buffer,
@@ -89,7 +89,7 @@ impl BrickResources {
         Self {
             bricks,
             superbrick_counts,
-            ranges: buffer("contextual_ao_ranges", bricks),
+            ranges: buffer("contextual_ao_ranges", 2 * bricks),
             opaque_before: buffer("contextual_ao_opaque_before", LookupTable::ENTRIES as u32 + 1),
             near_carvers: buffer("contextual_ao_near_carvers", bricks),
             words: texture("contextual_ao_brick_words"),

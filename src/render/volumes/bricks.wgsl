@@ -15,9 +15,10 @@ const PENDING: u32 = 1u;
 const HIDDEN: u32 = 2u;
 const MASKS: u32 = 3u;
 
-// Number of bits for the carvers near a brick. The rest of a brick's word is its distance.
-const CARVER_BITS: u32 = 28u;
-const CARVER_MASK: u32 = 0xfffffffu;
+// Number of bits for the carvers near a brick. The brick's smoothing and its distance share the rest of its word.
+const CARVER_BITS: u32 = 24u;
+const CARVER_MASK: u32 = 0xffffffu;
+const DISTANCE_SHIFT: u32 = 28u;
 
 // Invocations of a workgroup in passes that visit all bricks, or all voxels.
 const WIDTH: u32 = 64u;

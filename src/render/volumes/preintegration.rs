@@ -1,7 +1,7 @@
 //! Rows of the lookup table that hold integrals over intensities (`preintegration.wgsl`).
 
 /// Number of these rows. They follow those of the occlusion method.
-pub(super) const ROWS: u32 = 4;
+pub(super) const ROWS: u32 = 2;
 
 /// Optical depth of a drawing step through an opaque intensity: a hundredth of a step is then half opaque.
 const OPAQUE_STEP: f64 = 70.0;
@@ -16,33 +16,28 @@ pub(crate) struct StepLengths {
 /// The rows for a transfer function's entries: linear colour, and opacity per unit distance.
 pub(super) fn rows(entries: &[[f32; 4]], steps: StepLengths) -> Vec<[f32; 4]> {
     let most = OPAQUE_STEP / f64::from(steps.drawing).max(1e-6);
-    let extinction = |entry: &[f32; 4]| {
-        let [r, g, b, opacity] = entry.map(f64::from);
-        let extinction = if opacity < 1.0 { (-(-opacity).ln_1p()).min(most) } else { most };
-        [r * extinction, g * extinction, b * extinction, extinction]
-    };
-    let extinctions: Vec<_> = entries.iter().map(extinction).collect();
-    let integrals: Vec<_> = integral(&extinctions).collect();
-    let occlusion = |entry: &[f32; 4]| [1.0 - (1.0 - f64::from(entry[3])).powf(steps.occlusion.into())];
-    let opacities: Vec<_> = entries.iter().map(occlusion).collect();
-    let single = |values: &[f64; 4]| values.map(|value| value as f32);
-    let rest = |values: &[f64; 4]| values.map(rest_of);
-    let of_occlusion = opacities.iter().zip(integral(&opacities));
-    extinctions
-        .iter()
-        .map(single)
-        .chain(integrals.iter().map(single))
-        .chain(integrals.iter().map(rest))
-        .chain(of_occlusion.map(|(&[opacity], [sum])| [opacity as f32, sum as f32, rest_of(sum), 0.0]))
-        .collect()
+    let opacities = || entries.iter().map(|entry| f64::from(entry[3]));
+    let extinction = |opacity: f64| if opacity < 1.0 { (-(-opacity).ln_1p()).min(most) } else { most };
+    let occlusion = |opacity: f64| 1.0 - (1.0 - opacity).powf(steps.occlusion.into());
+    let extinctions: Vec<_> = opacities().map(extinction).collect();
+    let occlusions: Vec<_> = opacities().map(occlusion).collect();
+    [row(&extinctions), row(&occlusions)].concat()
+}
+
+/// A function's row: its value at each entry and at the next one, its integral up to the entry, and what single precision
+/// loses of that.
+fn row(values: &[f64]) -> Vec<[f32; 4]> {
+    let next = |k: usize| values[(k + 1).min(values.len() - 1)];
+    let entries = values.iter().zip(integral(values)).enumerate();
+    entries.map(|(k, (&value, sum))| [value as f32, next(k) as f32, sum as f32, rest_of(sum)]).collect()
 }
 
 /// Integral of values, linear between entries, from the first entry up to each.
-fn integral<const N: usize>(values: &[[f64; N]]) -> impl Iterator<Item = [f64; N]> {
-    let mut sum = [0.0; N];
+fn integral(values: &[f64]) -> impl Iterator<Item = f64> {
+    let mut sum = 0.0;
     values.iter().enumerate().map(move |(k, value)| {
-        for (axis, sum) in sum.iter_mut().enumerate().filter(|_| k > 0) {
-            *sum += 0.5 * (value[axis] + values[k - 1][axis]);
+        if k > 0 {
+            sum += 0.5 * (value + values[k - 1]);
         }
         sum
     })
@@ -64,14 +59,14 @@ mod tests {
         let entries: Vec<_> = (0..4096).map(|k| [1.0, 0.5, 0.0, opacity(k)]).collect();
         let rows = rows(&entries, StepLengths { drawing: 0.5, occlusion: 2.0 });
         let row = |k: usize| &rows[4096 * k..4096 * (k + 1)];
-        let integral = |k: usize| f64::from(row(1)[k][3]) + f64::from(row(2)[k][3]);
+        let integral = |k: usize| f64::from(row(0)[k][2]) + f64::from(row(0)[k][3]);
         let mean = (integral(4000) - integral(3500)) / 500.0;
         let expected = -(1.0f64 - f64::from(1e-3f32)).ln();
         assert!((mean / expected - 1.0).abs() < 1e-3, "{mean} for {expected}");
         assert_eq!(integral(0), 0.0);
         let opaque_step = 1.0 - (-0.5 * (integral(2000) - integral(1000)) / 1000.0).exp();
         assert!(opaque_step > 0.999, "a step through opaque entries is {opaque_step}");
-        let occlusion = f64::from(row(3)[4000][1] - row(3)[3500][1]) / 500.0;
+        let occlusion = f64::from(row(1)[4000][2] - row(1)[3500][2]) / 500.0;
         assert!((occlusion - 2e-3).abs() < 1e-4, "{occlusion}");
     }
 }

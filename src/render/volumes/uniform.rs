@@ -135,7 +135,7 @@ fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -
 }
 
 /// Number of bits for the carvers near a brick, `CARVER_BITS` in WGSL.
-pub(crate) const CARVER_BITS: u32 = 28;
+pub(crate) const CARVER_BITS: u32 = 24;
 
 /// The bits of this many carvers.
 fn carver_bits(carvers: usize) -> u32 {

@@ -71,7 +71,11 @@ impl FromWorld for DirectPasses {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_direct",
                 shader: shader.clone(),
-                shader_defs: is_multisampled.then(|| "MULTISAMPLED".into()).into_iter().collect(),
+                shader_defs: ["LIT"]
+                    .into_iter()
+                    .chain(is_multisampled.then_some("MULTISAMPLED"))
+                    .map(Into::into)
+                    .collect(),
                 before: vec![lit_layout()],
                 own: &own,
                 behind: vec![number_layout.clone()],

@@ -6,12 +6,12 @@
 // the jitter of view rays shows no noise.
 
 #import bevy_contextual_ao::{
-    next_run::{begin_march, is_visible_at, next_run, opacity_at},
+    next_run::{begin_march, intensity_at, is_visible_at, next_run},
     orientation::{inward_by_opacities, inward_from_face},
     runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
     view_ray::{OPAQUE, ViewRay, view_ray},
-    volume_bindings::{correct_opacity, volume},
+    volume_bindings::{correct_opacity, opacity_of_intensity, volume},
     window::Window,
 }
 
@@ -29,9 +29,14 @@ fn place_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
     return ray.origin + along_mm * ray.velocity;
 }
 
+// Whether the opacity at the point of a ray reaches the threshold.
+fn is_opaque_at(ray: ViewRay, along_mm: f32) -> bool {
+    let opacity = opacity_of_intensity(intensity_at(ray, along_mm));
+    return correct_opacity(opacity, volume.draw_exponent) >= opacity_threshold;
+}
+
 fn is_surface_at(ray: ViewRay, along_mm: f32) -> bool {
-    let opacity = correct_opacity(opacity_at(ray, along_mm), volume.draw_exponent);
-    return opacity >= opacity_threshold && is_visible_at(ray, along_mm);
+    return is_opaque_at(ray, along_mm) && is_visible_at(ray, along_mm);
 }
 
 // Distance of the surface from `near`; negative if the ray meets none.
@@ -46,8 +51,8 @@ fn surface_along(ray: ViewRay) -> f32 {
         for (var k = 0u; k < slices; k += 1u) {
             let slice = slice_of_run(ray, run, k);
             // The first end that reaches the threshold.
-            let begins = correct_opacity(opacity_at(ray, slice.begin_mm), volume.draw_exponent) >= opacity_threshold;
-            let ends = correct_opacity(opacity_at(ray, slice.end_mm), volume.draw_exponent) >= opacity_threshold;
+            let begins = is_opaque_at(ray, slice.begin_mm);
+            let ends = is_opaque_at(ray, slice.end_mm);
             if !begins && !ends {
                 continue;
             }
