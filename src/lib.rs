@@ -64,9 +64,9 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod, OcclusionRays,
-            OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute, Reconstruction, Sky,
-            VolumeLighting, VolumeShading,
+            AmbientOcclusion, AmbientScale, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod,
+            OcclusionRays, OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute,
+            Reconstruction, Sky, VolumeLighting, VolumeShading,
         },
         volume::{
             ControlPoint, OcclusionReady, Preset, TransferFunction, Volume, Volume3d, VolumeBudget,

@@ -33,6 +33,8 @@ const WIDTH: f32 = 330.0;
 const PADDING: f32 = 10.0;
 /// Dragging moves points and sliders, and does not scroll.
 const SCROLLED_BY: ScrollSource = ScrollSource { drag: false, ..ScrollSource::ALL };
+const EXPOSURE: core::ops::RangeInclusive<f32> = 0.25..=4.0;
+const OCCLUSION_INTENSITY: core::ops::RangeInclusive<f32> = 0.0..=4.0;
 const STEP_VOXELS: core::ops::RangeInclusive<f32> = 0.1..=4.0;
 
 pub struct PanelPlugin;
@@ -195,6 +197,8 @@ fn show_shading(ui: &mut Ui, mut shading: Mut<VolumeShading>, occlusion: &mut Mu
     mode.apply(&mut new, &mut new_occlusion);
     choose_quality(ui, &mut new, &mut new_occlusion);
     occlusion.set_if_neq(new_occlusion);
+    ui.add(Slider::new(&mut new.exposure, EXPOSURE).text("exposure"));
+    ui.add(Slider::new(&mut new.occlusion_intensity, OCCLUSION_INTENSITY).text("occlusion intensity"));
     ui.add(Slider::new(&mut new.step_voxels, STEP_VOXELS).text("drawing step, voxels"));
     ui.checkbox(&mut new.jitter, "jitter the drawing steps");
     shading.set_if_neq(new);

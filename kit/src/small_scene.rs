@@ -153,6 +153,8 @@ impl TestScene {
         let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
         bundle.occlusion = occlusion;
         mode.apply(&mut bundle.shading, &mut bundle.occlusion);
+        // Images are compared with definitions.
+        bundle.shading.ambient_scale = AmbientScale::Published;
         let volume = world.spawn(bundle).id();
         Self { headless, volume }
     }

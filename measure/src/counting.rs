@@ -116,7 +116,13 @@ impl CountingScene {
                 step_mm: Some(step_mm),
                 ..default()
             }),
-            shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
+            shading: VolumeShading {
+                step_voxels: 1.0,
+                jitter: false,
+                // Images are compared as published.
+                ambient_scale: AmbientScale::Published,
+                ..default()
+            },
             carvers: vec![ball(&geometry, CARVER, RADIUS)],
             camera: place(&geometry, CAMERA),
             // The view is as high as it is far away.

@@ -20,7 +20,7 @@
 #ifdef OCTANTS
 #import bevy_contextual_ao::{
     octants::{Octants, high_octants_at, low_octants_at, octants_factor},
-    orientation::inward,
+    orientation::orientation_at,
 }
 #endif
 #import bevy_contextual_ao::{
@@ -44,11 +44,12 @@ fn ambient_at(p: vec3<f32>, cut: Cut) -> f32 {
 #ifdef OCTANTS
     let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
     let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
-    let factor = octants_factor(Octants(low, high), inward(p, cut));
+    let factor = octants_factor(Octants(low, high), orientation_at(p, cut).inward);
 #else
     let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
 #endif
-    return mix(1.0, factor, volume.occlusion_share);
+    let light = pow(saturate(factor * volume.occlusion_scale), volume.occlusion_intensity);
+    return mix(1.0, light, volume.occlusion_share);
 }
 
 // Accumulated colour, premultiplied, and opacity.
@@ -109,7 +110,7 @@ fn place_of_half(first: End, last: End, mean: f32, half: f32) -> f32 {
 
 // A cut as seen from a point of the ray behind it.
 fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
-    return Cut(ray.origin + cut_mm * ray.velocity, saturate(1.0 - (along_mm - cut_mm) / volume.voxel_mm));
+    return Cut(ray.origin + cut_mm * ray.velocity, (along_mm - cut_mm) / volume.voxel_mm);
 }
 
 // Adds a slice of a ray to a pixel. Its intensities change from `first` to `last`.

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use core::{any::Any, fmt::Debug};
 
-use super::{OcclusionTexels, lengths::length_mm};
+use super::{OcclusionTexels, Sky, lengths::length_mm};
 use crate::volume::VolumeGeometry;
 
 /// Settings of an occlusion method.
@@ -29,6 +29,12 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
     /// How the method's result is drawn.
     fn drawing(&self) -> MethodDrawing {
         default()
+    }
+
+    /// Factor of an open flat surface under a sky. Drawing may divide by it ([`AmbientScale`](super::AmbientScale)).
+    fn flat_factor(&self, sky: &Sky, geometry: &VolumeGeometry) -> f64 {
+        let _ = (sky, geometry);
+        1.0
     }
 
     /// Length, mm, of the path whose opacity counts as a voxel's where the method reads opacities. By default the

@@ -8,6 +8,7 @@ mod directions;
 #[cfg(feature = "other_methods")]
 mod filtering;
 mod fit;
+mod flat_surface;
 mod lengths;
 mod method;
 mod method_settings;
@@ -50,7 +51,7 @@ pub use rays::{OcclusionRays, OcclusionResolution};
 #[cfg(feature = "other_methods")]
 pub use screen_space::ScreenSpaceOcclusion;
 pub use settings::{AmbientOcclusion, Recompute, VoxelOpacities};
-pub use shading::{Reconstruction, VolumeLighting, VolumeShading};
+pub use shading::{AmbientScale, Reconstruction, VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
 #[cfg(feature = "other_methods")]

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::{MethodBytes, MethodDrawing, MethodKind, MethodSettings, OcclusionRays};
+use super::{MethodBytes, MethodDrawing, MethodKind, MethodSettings, OcclusionRays, Sky};
 use crate::volume::VolumeGeometry;
 
 /// Local ambient occlusion that casts some of its rays in every frame. After a change it takes several frames until
@@ -53,6 +53,10 @@ impl MethodSettings for ProgressiveRays {
 
     fn drawing(&self) -> MethodDrawing {
         self.rays.drawing()
+    }
+
+    fn flat_factor(&self, sky: &Sky, geometry: &VolumeGeometry) -> f64 {
+        self.rays.flat_factor(sky, geometry)
     }
 
     fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {

@@ -4,6 +4,7 @@ use bevy::{math::DVec3, prelude::*};
 
 use super::{
     MethodDrawing, MethodKind, MethodSettings, OcclusionTexels, RayDirection, RayPattern, Sky,
+    flat_surface::flat_factor,
     lengths::{length_mm, within},
 };
 use crate::volume::VolumeGeometry;
@@ -99,6 +100,12 @@ impl MethodSettings for OcclusionRays {
             OcclusionResolution::Half => OcclusionTexels::HalfFactors,
         };
         MethodDrawing { texels, ..default() }
+    }
+
+    fn flat_factor(&self, sky: &Sky, geometry: &VolumeGeometry) -> f64 {
+        let voxel_mm = geometry.spacing_mm.min_element();
+        let start = Self::start_mm(geometry.spacing_mm) / voxel_mm;
+        flat_factor(self.steps, start, self.step_length_mm(geometry) / voxel_mm, sky)
     }
 
     /// Distance between samples, mm: the one set, or a voxel.

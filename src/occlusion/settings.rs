@@ -65,6 +65,11 @@ impl AmbientOcclusion {
         self.method.settings().drawing().texels
     }
 
+    /// Occlusion factor of an open flat surface.
+    pub fn flat_factor(&self, geometry: &VolumeGeometry) -> f64 {
+        self.method.settings().flat_factor(&self.sky, geometry).clamp(0.05, 1.0)
+    }
+
     /// Length, mm, of the path whose opacity counts as a voxel's.
     pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
         self.method.settings().step_length_mm(geometry)

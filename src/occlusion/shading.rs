@@ -12,6 +12,12 @@ pub struct VolumeShading {
     /// Whether [`AmbientOcclusion`](super::AmbientOcclusion) darkens samples: the ambient and diffuse parts of lit
     /// samples, all of the colour of unlit ones. If `false`, no occlusion is computed.
     pub ambient_occlusion: bool,
+    /// Occlusion factor that gets all of the ambient light.
+    pub ambient_scale: AmbientScale,
+    /// Exponent of the share of ambient light. A higher one deepens shadows, 0 shows none.
+    pub occlusion_intensity: f32,
+    /// Factor on the volume's light. A higher one is brighter; light above 1 is cut off unless the camera is HDR.
+    pub exposure: f32,
     /// Distance between samples along a view ray, in units of the smallest voxel spacing. Smaller
     /// steps cost proportionally more drawing time and show fewer slices.
     pub step_voxels: f32,
@@ -26,6 +32,9 @@ impl Default for VolumeShading {
         Self {
             lighting: default(),
             ambient_occlusion: true,
+            ambient_scale: default(),
+            occlusion_intensity: 1.0,
+            exposure: 1.0,
             step_voxels: 0.5,
             reconstruction: default(),
             jitter: true,
@@ -34,6 +43,11 @@ impl Default for VolumeShading {
 }
 
 impl VolumeShading {
+    /// Exponent and factor within their valid ranges.
+    pub(crate) fn drawn_light(&self) -> [f32; 2] {
+        [self.occlusion_intensity, self.exposure].map(|value| value.max(0.0).min(f32::MAX))
+    }
+
     /// Distance between samples, voxels, within its valid range.
     pub(crate) fn drawn_step_voxels(&self) -> f32 {
         self.step_voxels.max(0.01)
@@ -51,6 +65,22 @@ pub enum VolumeLighting {
     /// A light at the camera, by Blinn-Phong. Normals come from the intensities, on cuts from the carver's surface, and
     /// from the distance field where only an isosurface is drawn.
     Headlight,
+}
+
+/// Occlusion factor that gets all of the ambient light.
+///
+/// Rays from a flat surface are at best half open, and lose some more along the surface: its factor is below 0.5. It is
+/// known from the method's settings and the sky alone, so that no picture is brightened by its content. It matters for
+/// rays and filters; sweeping has the surface's own orientation, screen space the view's.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
+pub enum AmbientScale {
+    /// That of an open flat surface. Surfaces that bulge get no more light than flat ones.
+    #[default]
+    FlatSurface,
+    /// A factor of 1, as published: no surface gets it. For comparison.
+    Published,
 }
 
 /// Interpolation of intensities between voxels, for the pictures of volumes. Occlusion is the same by all filters, and so

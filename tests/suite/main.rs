@@ -11,6 +11,7 @@ mod awkward_meshes;
 mod awkward_poses;
 mod background;
 mod bricks;
+mod brightness;
 mod broken_files;
 mod budget;
 mod cast_budget;

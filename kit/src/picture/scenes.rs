@@ -156,7 +156,8 @@ impl PictureScene {
             transfer_function: Some(function.map_err(|error| error.to_string())?),
             budget: default(),
             occlusion,
-            shading,
+            // The truth is that of the definition.
+            shading: VolumeShading { ambient_scale: AmbientScale::Published, ..shading },
             carvers: self.carvers.clone(),
             camera: self.eye.position.as_vec3(),
             fov: self.eye.fov.to_degrees() as f32,

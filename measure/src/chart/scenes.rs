@@ -76,7 +76,13 @@ pub fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
             step_mm: Some(spacing_mm),
             ..default()
         }),
-        shading: VolumeShading { step_voxels: 1.0, jitter: false, ..default() },
+        shading: VolumeShading {
+            step_voxels: 1.0,
+            jitter: false,
+            // Images are compared as published.
+            ambient_scale: AmbientScale::Published,
+            ..default()
+        },
         carvers: vec![ball(&geometry, PHANTOM_CARVER, 0.28)],
         camera: place(&geometry, PHANTOM_CAMERA),
         fov: 2.0 * 0.5f32.atan().to_degrees(),

@@ -12,14 +12,20 @@
     volume_bindings::{edge_sampler, opacity_of_intensity, volume},
 }
 
-// A cut in front of a point, by a carver or by a face of the grid: its place on the ray, and the share of its
-// orientation, 1 at the cut and 0 from a voxel behind it on.
+// A cut in front of a point, by a carver or by a face of the grid: its place on the ray, and its distance in voxels.
 struct Cut {
     place: vec3<f32>,
-    share: f32,
+    distance: f32,
 }
 
-const NO_CUT: Cut = Cut(vec3(0.0), 0.0);
+const NO_CUT: Cut = Cut(vec3(0.0), 1e9);
+
+// Direction into what is seen, volume space, of any length, and how much of a surface there is: 1, or 0 where opacity
+// does not change.
+struct Orientation {
+    inward: vec3<f32>,
+    strength: f32,
+}
 
 // Direction into the grid through the face that a point lies on; 0 if the point lies on no face.
 fn inward_from_face(p: vec3<f32>) -> vec3<f32> {
@@ -38,11 +44,11 @@ fn distance_from_surface(p: vec3<f32>) -> f32 {
     return textureSampleLevel(surface, edge_sampler, p, 0.0).w;
 }
 
-// Direction into the surface, volume space, of any length.
-fn inward(p: vec3<f32>, cut: Cut) -> vec3<f32> {
+fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
     // A solid cut by the end of the grid faces out of the grid there, wherever the nearest surface is.
     let face = inward_from_face(p);
-    return select(-textureSampleLevel(surface, edge_sampler, p, 0.0).xyz, face, dot(face, face) > 0.0);
+    let outward = textureSampleLevel(surface, edge_sampler, p, 0.0).xyz;
+    return Orientation(select(-outward, face, dot(face, face) > 0.0), 1.0);
 }
 #else
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
@@ -68,12 +74,15 @@ fn unit(direction: vec3<f32>) -> vec3<f32> {
     return select(vec3(0.0), direction / size, size > 1e-6);
 }
 
-// Direction towards higher opacity by the intensities alone, volume space, of length 1 or 0.
+// Change of opacity over a voxel, as a share of the opacity, from which on there is a whole surface.
+const SURFACE_CHANGE: f32 = 0.05;
+
+// Orientation by the intensities alone; the direction has length 1 or 0.
 //
 // A surface is often seen in the foot of an edge, where the gradient is small and follows the voxels. Its direction is
 // therefore taken where the edge is steepest, up to a voxel from there along the gradient. In front of a thin wall that
 // place is in front of the wall's middle.
-fn inward_by_intensities(p: vec3<f32>) -> vec3<f32> {
+fn orientation_by_intensities(p: vec3<f32>) -> Orientation {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
     let x = vec3(texel.x, 0.0, 0.0);
     let y = vec3(0.0, texel.y, 0.0);
@@ -84,18 +93,19 @@ fn inward_by_intensities(p: vec3<f32>) -> vec3<f32> {
         trilinear_at_place(p + y) - trilinear_at_place(p - y),
         trilinear_at_place(p + z) - trilinear_at_place(p - z),
     );
-    let change = length(slope);
     let along = unit(slope) * texel;
-    let intensity = trilinear_at_place(p);
-    let rise = trilinear_at_place(p + along) - intensity;
-    let rise_before = intensity - trilinear_at_place(p - along);
+    let before = trilinear_at_place(p - along);
+    let here = trilinear_at_place(p);
+    let behind = trilinear_at_place(p + along);
     // Exact for an edge that is a normal distribution of 0.9 voxels.
-    let to_steepest = 2.0 * (rise - rise_before) / max(rise + rise_before, 1e-9);
+    let to_steepest = 2.0 * (before + behind - 2.0 * here) / max(behind - before, 1e-9);
     let gradient = intensity_gradient(p + clamp(to_steepest, -1.0, 1.0) * along);
-    // Over a voxel, opacity rises or falls.
-    let falls = opacity_of_intensity(intensity + change) < opacity_of_intensity(intensity - change);
     let inward = unit((transpose(volume.texture_from_local) * vec4(gradient, 0.0)).xyz);
-    return select(1.0, -1.0, falls) * inward;
+    let opacity = vec3(opacity_of_intensity(before), opacity_of_intensity(here), opacity_of_intensity(behind));
+    let change = max(abs(opacity.x - opacity.y), abs(opacity.z - opacity.y));
+    let most = max(opacity.x, max(opacity.y, opacity.z));
+    let strength = saturate(change / max(SURFACE_CHANGE * most, 1e-9));
+    return Orientation(select(1.0, -1.0, opacity.z < opacity.x) * inward, strength);
 }
 
 // Direction into what is seen at a point on a cut, volume space, of any length.
@@ -113,15 +123,19 @@ fn inward_from_cut(p: vec3<f32>) -> vec3<f32> {
     return inward_by_opacities(p);
 }
 
-// Direction into what is seen at a point, volume space, of length 1 or less.
-fn inward(p: vec3<f32>, cut: Cut) -> vec3<f32> {
-    var direction = vec3(0.0);
-    if cut.share < 1.0 {
-        direction = (1.0 - cut.share) * inward_by_intensities(p);
+// A cut's own orientation fades behind the cut: over this many voxels, and more slowly where there is no other surface.
+const CUT_FADES: f32 = 1.0;
+const CUT_FADES_INSIDE: f32 = 4.0;
+
+// The orientation at a point. Lengths of directions are 1 or less.
+fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
+    let own = orientation_by_intensities(p);
+    if cut.distance >= CUT_FADES_INSIDE {
+        return own;
     }
-    if cut.share > 0.0 {
-        direction += cut.share * unit(inward_from_cut(cut.place));
-    }
-    return direction;
+    let inside = (1.0 - own.strength) * (1.0 - cut.distance / CUT_FADES_INSIDE);
+    let share = max(1.0 - cut.distance / CUT_FADES, inside);
+    let rest = (1.0 - share) * own.strength;
+    return Orientation(rest * own.inward + share * unit(inward_from_cut(cut.place)), rest + share);
 }
 #endif

@@ -3,7 +3,7 @@
 
 #define_import_path bevy_contextual_ao::shading
 
-#import bevy_contextual_ao::{orientation::{Cut, inward}, volume_bindings::volume}
+#import bevy_contextual_ao::{orientation::{Cut, orientation_at}, volume_bindings::volume}
 
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
@@ -23,15 +23,18 @@ fn shade(
 ) -> vec3<f32> {
 #ifdef LIT
     if opacity * volume.light_share <= 0.0 {
-        return color * ambient;
+        return volume.exposure * color * ambient;
     }
-    let gradient = inward(p, cut);
-    let steepness = length(gradient);
+    let orientation = orientation_at(p, cut);
+    let size = length(orientation.inward);
+    let is_surface = size > 1e-6;
+    let cosine = select(1.0, abs(dot(orientation.inward, direction)) / size, is_surface);
     // Where the opacity does not change there is no surface to light.
-    let facing = select(1.0, abs(dot(gradient, direction)) / steepness, steepness > 1e-6);
-    let highlight = select(0.0, SPECULAR * pow(facing, SHININESS), steepness > 1e-6);
-    return color * (AMBIENT + DIFFUSE * facing) * ambient + highlight;
+    let strength = select(0.0, orientation.strength, is_surface);
+    let facing = mix(1.0, cosine, strength);
+    let highlight = strength * SPECULAR * pow(cosine, SHININESS);
+    return volume.exposure * (color * (AMBIENT + DIFFUSE * facing) * ambient + highlight);
 #else
-    return color * ambient;
+    return volume.exposure * color * ambient;
 #endif
 }

@@ -46,6 +46,10 @@ struct VolumeUniform {
     occlusion_stride: u32,
     // 1: opacities for occlusion are means over voxels. 0: those of the voxels' own intensities.
     footprint_share: f32,
+    // Factor on occlusion factors before they are cut off at 1, exponent of the light that is left, and factor on all light.
+    occlusion_scale: f32,
+    occlusion_intensity: f32,
+    exposure: f32,
     // For octants, which are drawn by the normal: weights of octants 0 to 3 and of 4 to 7, the largest 1. Then the
     // exponent of the light that reaches a point, and 1 where surfaces are lit from both sides.
     low_octants: vec4<f32>,

@@ -4,7 +4,7 @@ use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
 use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{Optimizations, VolumeLighting, VoxelOpacities},
+    occlusion::{AmbientScale, Optimizations, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
     volume::LookupTable,
 };
@@ -37,6 +37,9 @@ pub(crate) struct VolumeUniform {
     occlusion_from_texture: Vec3,
     occlusion_stride: u32,
     footprint_share: f32,
+    occlusion_scale: f32,
+    occlusion_intensity: f32,
+    exposure: f32,
     low_octants: Vec4,
     high_octants: Vec4,
     occlusion_power: f32,
@@ -75,6 +78,11 @@ impl VolumeUniform {
         let weights = volume.occlusion.sky.of_grid(geometry);
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
         let drawing = volume.occlusion.method.settings().drawing();
+        let flat_factor = match volume.shading.ambient_scale {
+            AmbientScale::FlatSurface => volume.occlusion.flat_factor(geometry),
+            AmbientScale::Published => 1.0,
+        };
+        let [occlusion_intensity, exposure] = volume.shading.drawn_light();
         // Blocks at the far edges count whole, with their part beyond the grid.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
@@ -106,6 +114,9 @@ impl VolumeUniform {
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
             footprint_share: f32::from(volume.occlusion.opacities == VoxelOpacities::Means),
+            occlusion_scale: flat_factor.recip() as f32,
+            occlusion_intensity,
+            exposure,
             low_octants: Vec4::from_slice(&octants[..4]),
             high_octants: Vec4::from_slice(&octants[4..]),
             occlusion_power: drawing.power,

@@ -74,6 +74,8 @@ impl Floor {
         scene.world().entity_mut(entity).insert(VolumeShading {
             jitter: false,
             step_voxels: 0.25,
+            // Images are compared with definitions.
+            ambient_scale: AmbientScale::Published,
             ..default()
         });
         let mut floor = Self { scene, occlusion: occlusion.clone() };

@@ -151,7 +151,7 @@ fn slices(@builtin(global_invocation_id) id: vec3<u32>) {
         let steps = slicing.slice_depth / depth_per_mm / volume.draw_step_mm;
         let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
         let p = ray.origin + along_mm * ray.velocity;
-        seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 1.0)), 1.0);
+        seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 0.0)), 1.0);
         // The small remainder has the same colour, not the background's.
         seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
         eye[index] = seen;
