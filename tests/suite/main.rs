@@ -19,6 +19,7 @@ mod chart;
 mod components;
 mod coverage;
 mod custom_methods;
+mod cut_surfaces;
 mod direct;
 mod drawing;
 mod exact;

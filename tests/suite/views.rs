@@ -370,7 +370,7 @@ fn an_opaque_mesh_in_a_volume_ends_the_integral() {
 }
 
 /// Blinn-Phong as documented, with a light at the camera.
-fn blinn_phong(color: DVec3, facing: f64, ambient: f64) -> DVec3 {
+pub fn blinn_phong(color: DVec3, facing: f64, ambient: f64) -> DVec3 {
     color * (0.3 + 0.7 * facing) * ambient + 0.2 * facing.powi(16)
 }
 
