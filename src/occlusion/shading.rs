@@ -43,9 +43,10 @@ impl Default for VolumeShading {
 }
 
 impl VolumeShading {
-    /// Exponent and factor within their valid ranges.
+    /// Exponent and factor within their valid ranges; 1 in place of what is not finite.
     pub(crate) fn drawn_light(&self) -> [f32; 2] {
-        [self.occlusion_intensity, self.exposure].map(|value| value.max(0.0).min(f32::MAX))
+        let valid = |value: f32| if value.is_finite() { value.max(0.0) } else { 1.0 };
+        [self.occlusion_intensity, self.exposure].map(valid)
     }
 
     /// Distance between samples, voxels, within its valid range.

@@ -7,7 +7,8 @@ use contextual_ao_kit::{mode::ShadingMode, shapes::Triangles};
 use crate::{
     integral::{View, srgb_byte},
     scene::{IMAGE, TestScene, volume_from},
-    views::{blinn_phong, scene_of},
+    shading::blinn_phong,
+    views::scene_of,
 };
 
 /// Half of the carver's edges, mm.

@@ -55,6 +55,7 @@ mod runs;
 mod screen_space;
 mod settings_changes;
 mod shaders;
+mod shading;
 mod small_files;
 mod stability;
 mod sweeping;

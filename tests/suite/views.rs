@@ -6,20 +6,19 @@ use bevy::{
     math::{DAffine3, DMat3, DVec3, Vec3A},
     prelude::*,
 };
-use bevy_contextual_ao::{prelude::*, render::VolumeTexture, volume::WORLD_UNITS_PER_MM};
+use bevy_contextual_ao::{prelude::*, volume::WORLD_UNITS_PER_MM};
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
-    field::Field,
-    integral::{Integral, Pixel, Sample, View, srgb_byte},
-    scene::{IMAGE, TestScene, few_rays, folded_volume, in_world_units, translucent_ramp, volume_from},
+    integral::{Integral, Pixel, View, srgb_byte},
+    scene::{IMAGE, TestScene, few_rays, folded_volume, in_world_units, translucent_ramp},
 };
 use contextual_ao_kit::shapes::Triangles;
 
 /// Linear background, not black, so that undrawn pixels show.
 const BACKGROUND: DVec3 = DVec3::new(0.1, 0.2, 0.05);
-const SIZE: UVec3 = UVec3::new(24, 20, 26);
-const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
+pub const SIZE: UVec3 = UVec3::new(24, 20, 26);
+pub const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
 /// Half the size of the box that carves, mm.
 const BOX: DVec3 = DVec3::new(5.0, 4.0, 7.0);
 
@@ -66,7 +65,7 @@ fn looking_from(x: f32, y: f32, z: f32) -> Transform {
 }
 
 /// Colour of a pixel in front of the background.
-fn in_front(pixel: Pixel) -> DVec3 {
+pub fn in_front(pixel: Pixel) -> DVec3 {
     pixel.color + pixel.transmittance * BACKGROUND
 }
 
@@ -78,7 +77,7 @@ fn assert_shows(name: &str, scene: &TestScene, part: [UVec2; 2], expected: impl 
 }
 
 /// The same with the most bytes by which pixels may be off on average.
-fn assert_shows_within(
+pub fn assert_shows_within(
     most_mean: f64,
     name: &str,
     scene: &TestScene,
@@ -114,7 +113,7 @@ fn assert_shows_within(
     assert!(far <= shown / 100, "{name}: {far} of {shown} pixels are off by more than 3 bytes");
 }
 
-const ALL: [UVec2; 2] = [UVec2::ZERO, IMAGE];
+pub const ALL: [UVec2; 2] = [UVec2::ZERO, IMAGE];
 
 /// Compares the image of the scene's only camera with the integral.
 pub fn check(name: &str, scene: &mut TestScene, integral: &Integral) {
@@ -367,39 +366,4 @@ fn an_opaque_mesh_in_a_volume_ends_the_integral() {
     assert!(scene.headless.frames_until(shows_it), "the mesh is not drawn");
     scene.headless.frames(2);
     assert_shows("a mesh inside", &scene, ALL, expected);
-}
-
-/// Blinn-Phong as documented, with a light at the camera.
-pub fn blinn_phong(color: DVec3, facing: f64, ambient: f64) -> DVec3 {
-    color * (0.3 + 0.7 * facing) * ambient + 0.2 * facing.powi(16)
-}
-
-#[test]
-fn every_mode_shades_the_integral() {
-    // Intensity falls steadily from the centre outwards, so that normals are known.
-    let volume = volume_from(SIZE, SPACING, |p| 1.0 - (p * SPACING * SIZE.as_dvec3() / 24.0).length());
-    let function = TransferFunction::ramp(30.0, 220.0, 0.8, [0.6, 0.8, 0.9]).expect("a valid ramp");
-    let mut scene = scene_of(volume.clone(), function.clone(), ShadingMode::Solid);
-    for mode in ShadingMode::ALL {
-        scene.set_mode(mode);
-        scene.settle();
-        let factors = Field::of_bytes(SIZE, scene.headless.voxels(scene.volume, VolumeTexture::Occlusion));
-        let shade = |sample: &Sample| {
-            let facing = (sample.local.normalize().dot(sample.direction)).abs();
-            let factor = factors.at(sample.voxel);
-            match mode {
-                ShadingMode::Solid => sample.color,
-                ShadingMode::Phong => blinn_phong(sample.color, facing, 1.0),
-                ShadingMode::Cao | ShadingMode::Lao => sample.color * factor,
-                _ => blinn_phong(sample.color, facing, factor),
-            }
-        };
-        let integral = Integral { shade: &shade, ..Integral::of(&volume, &function) };
-        let camera = scene.camera();
-        let view = View::of(&mut scene, camera, IMAGE);
-        // Intensities change by 10 bytes a voxel, so that rounding them turns normals by a degree.
-        let most_mean = if mode.uses_light() { 0.9 } else { 0.6 };
-        let expected = |pixel| in_front(integral.pixel(&view, pixel));
-        assert_shows_within(most_mean, mode.name(), &scene, ALL, expected);
-    }
 }
