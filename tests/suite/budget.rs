@@ -141,7 +141,8 @@ fn a_volume_that_was_refused_comes_when_another_goes() {
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
     let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
-    let second = world.spawn((Volume3d(data), function, few_rays())).id();
+    let shading = world.get::<VolumeShading>(first).expect("shading").clone();
+    let second = world.spawn((Volume3d(data), function, shading, few_rays())).id();
     scene.headless.frames(6);
     let told: Vec<_> = scene.world().resource::<Told>().failed.iter().map(|(entity, _)| *entity).collect();
     assert_eq!(told, [second]);
@@ -163,7 +164,8 @@ fn a_volume_that_was_halved_is_whole_when_another_goes() {
     let world = scene.world();
     let data = world.resource_mut::<Assets<Volume>>().add(volume(false));
     let function = world.get::<VolumeTransferFunction>(first).expect("a function").clone();
-    let second = world.spawn((Volume3d(data), function, few_rays(), Visibility::Hidden)).id();
+    let shading = world.get::<VolumeShading>(first).expect("shading").clone();
+    let second = world.spawn((Volume3d(data), function, shading, few_rays(), Visibility::Hidden)).id();
     // The second volume is halved in the background.
     let are_both_there =
         |headless: &Headless| headless.app.world().resource::<RenderStatus>().usage.bytes > bytes;

@@ -119,6 +119,7 @@ fn a_volume_that_is_there_is_drawn_in_the_frame_in_which_it_comes() {
     let bundle = (
         world.get::<Volume3d>(volume).expect("a volume").clone(),
         world.get::<VolumeTransferFunction>(volume).expect("a function").clone(),
+        world.get::<VolumeShading>(volume).expect("shading").clone(),
         few_rays(),
     );
     world.despawn(volume);

@@ -127,6 +127,8 @@ impl Soak {
         let function = world.resource_mut::<Assets<TransferFunction>>().add(function(k));
         let mut bundle = VolumeBundle::new(volume).with_transfer_function(function);
         bundle.occlusion = few_rays();
+        // As that of the scene it is compared with.
+        bundle.shading.ambient_scale = AmbientScale::Published;
         self.volumes.push(self.scene.world().spawn(bundle).id());
     }
 
