@@ -28,10 +28,7 @@ fn a_transform_of_scale_one_shows_a_volume_at_its_size() {
     let volume = bundle.volume;
     let data = bundle.world().get::<Volume3d>(volume).expect("a volume").clone();
     let function = bundle.world().get::<VolumeTransferFunction>(volume).expect("a function").clone();
-    bundle
-        .world()
-        .entity_mut(volume)
-        .insert(VolumeBundle::new(data.0.clone()).with_transform(place).transform);
+    bundle.world().entity_mut(volume).insert((place, VolumeShading::default()));
     bundle.headless.frames(2);
     let expected = bundle.headless.image();
     assert!(!is_empty(&expected));
