@@ -3,7 +3,7 @@
 
 use bevy::prelude::*;
 
-use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels, Sky, lengths::length_mm};
+use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels, lengths::length_mm};
 use crate::volume::VolumeGeometry;
 
 /// Occlusion by the share of voxels around a voxel that are not denser than it.
@@ -94,11 +94,6 @@ impl MethodSettings for OcclusionFiltering {
             _ => OcclusionTexels::Modulated,
         };
         MethodDrawing { texels, ..default() }
-    }
-
-    /// Half of a box around a flat surface is denser.
-    fn flat_factor(&self, _: &Sky, _: &VolumeGeometry) -> f64 {
-        0.5
     }
 }
 

@@ -72,7 +72,7 @@ pub enum VolumeLighting {
 ///
 /// Rays from a flat surface are at best half open, and lose some more along the surface: its factor is below 0.5. It is
 /// known from the method's settings and the sky alone, so that no picture is brightened by its content. It matters for
-/// rays and filters; sweeping has the surface's own orientation, screen space the view's.
+/// rays alone.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]
