@@ -116,13 +116,7 @@ impl CountingScene {
                 step_mm: Some(step_mm),
                 ..default()
             }),
-            shading: VolumeShading {
-                step_voxels: 1.0,
-                jitter: false,
-                // Images are compared as published.
-                ambient_scale: AmbientScale::Published,
-                ..default()
-            },
+            shading: published_look(),
             carvers: vec![ball(&geometry, CARVER, RADIUS)],
             camera: place(&geometry, CAMERA),
             // The view is as high as it is far away.
@@ -147,4 +141,9 @@ pub fn place(geometry: &VolumeGeometry, of_extent: DVec3) -> Vec3 {
 fn volumes_folder() -> PathBuf {
     let named = std::env::var_os("CONTEXTUAL_AO_VOLUMES").map(PathBuf::from);
     named.unwrap_or_else(|| project_folder().join("../shared/volumes"))
+}
+
+/// Shading of scenes whose images are compared: samples a voxel apart without jitter, occlusion as published.
+pub fn published_look() -> VolumeShading {
+    VolumeShading { step_voxels: 1.0, jitter: false, ambient_scale: AmbientScale::Published, ..default() }
 }

@@ -170,8 +170,13 @@ pub fn carved(volume: Volume) -> Result<SceneParts, String> {
     Ok(parts)
 }
 
-/// Shading modes in which the scene of `benches/peers` is measured.
-pub const PEER_MODES: [ShadingMode; 3] = [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao];
+/// Shading modes in which the scene of `benches/peers` is measured, by each filter.
+const PEER_MODES: [ShadingMode; 3] = [ShadingMode::Solid, ShadingMode::Phong, ShadingMode::Cao];
+
+/// Filters and modes in which it is measured.
+pub fn peer_cases() -> impl Iterator<Item = (Reconstruction, ShadingMode)> {
+    Reconstruction::ALL.into_iter().flat_map(|filter| PEER_MODES.map(|mode| (filter, mode)))
+}
 
 /// Image of the scene of `benches/peers`, pixels.
 pub const PEER_IMAGE: UVec2 = UVec2::splat(512);
@@ -201,9 +206,7 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
 /// Measures the scene of `benches/peers` by each filter in each mode.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut stage = beside_peers(PEER_IMAGE, options)?;
-    for (filter, mode) in
-        Reconstruction::ALL.into_iter().flat_map(|filter| PEER_MODES.map(|mode| (filter, mode)))
-    {
+    for (filter, mode) in peer_cases() {
         stage.set_reconstruction(filter);
         let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({

@@ -31,7 +31,7 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
         default()
     }
 
-    /// Factor of an open flat surface under a sky. Drawing may divide by it ([`AmbientScale`](super::AmbientScale)).
+    /// Factor of an open flat surface under a sky, 0 to 1; by default 1. Drawing may divide by it ([`AmbientScale`](super::AmbientScale)).
     fn flat_factor(&self, sky: &Sky, geometry: &VolumeGeometry) -> f64 {
         let _ = (sky, geometry);
         1.0

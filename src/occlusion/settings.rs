@@ -65,7 +65,7 @@ impl AmbientOcclusion {
         self.method.settings().drawing().texels
     }
 
-    /// Occlusion factor of an open flat surface.
+    /// Occlusion factor of an open flat surface under the sky, 0.05 to 1.
     pub fn flat_factor(&self, geometry: &VolumeGeometry) -> f64 {
         self.method.settings().flat_factor(&self.sky, geometry).clamp(0.05, 1.0)
     }

@@ -14,7 +14,7 @@ use bevy_contextual_ao::{
 
 use crate::{
     Options,
-    counting::{CountingScene, ball, place},
+    counting::{CountingScene, ball, place, published_look},
 };
 use contextual_ao_kit::scene::SceneParts;
 
@@ -76,13 +76,7 @@ pub fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
             step_mm: Some(spacing_mm),
             ..default()
         }),
-        shading: VolumeShading {
-            step_voxels: 1.0,
-            jitter: false,
-            // Images are compared as published.
-            ambient_scale: AmbientScale::Published,
-            ..default()
-        },
+        shading: published_look(),
         carvers: vec![ball(&geometry, PHANTOM_CARVER, 0.28)],
         camera: place(&geometry, PHANTOM_CAMERA),
         fov: 2.0 * 0.5f32.atan().to_degrees(),

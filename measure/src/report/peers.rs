@@ -1,6 +1,5 @@
 //! Other programs that draw the same scene.
 
-use bevy_contextual_ao::prelude::*;
 use serde_json::Value;
 use std::{
     io::{Read, Write},
@@ -21,8 +20,7 @@ pub fn peers(record: &mut Recorder) -> Result<(), String> {
     let python = record.options.python.as_path();
     let pixels = if record.options.quick { record.scale.image } else { shell::PEER_IMAGE };
     let mut stage = shell::beside_peers(pixels, record.options)?;
-    let filters = Reconstruction::ALL.into_iter();
-    for (filter, mode) in filters.flat_map(|filter| shell::PEER_MODES.map(|mode| (filter, mode))) {
+    for (filter, mode) in shell::peer_cases() {
         let case = format!("ours, {}, {}", mode.name(), filter.name());
         if record.has_time_for(&case) {
             stage.set_reconstruction(filter);

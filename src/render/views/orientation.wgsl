@@ -1,14 +1,14 @@
 // Orientation of surfaces, for shading. It is the gradient of the reconstructed intensity, turned towards higher
 // opacity. Near cuts and the grid's faces, their own orientation is blended in (Weiskopf, Engel and Ertl 2003): that of a
-// cut is the carver's surface. Where only an isosurface is drawn, it is the gradient of the distance
-// field (`sweeping/surface.wgsl`). The binding follows those of `volume_bindings` and `brick_bindings`.
+// cut is the carver's surface. Where only an isosurface is drawn, it is the gradient of the distance field
+// (`sweeping/surface.wgsl`). The binding follows those of `volume_bindings` and `brick_bindings`.
 
 #define_import_path bevy_contextual_ao::orientation
 
 #import bevy_contextual_ao::{
     brick_bindings::carvers_near,
     cut_surface::away_from_cut,
-    reconstruction::{intensity_gradient, trilinear_at_place},
+    reconstruction::{intensity_gradient, trilinear_around, trilinear_at_place},
     volume_bindings::{edge_sampler, opacity_of_intensity, volume},
 }
 
@@ -84,15 +84,9 @@ const SURFACE_CHANGE: f32 = 0.05;
 // place is in front of the wall's middle.
 fn orientation_by_intensities(p: vec3<f32>) -> Orientation {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
-    let x = vec3(texel.x, 0.0, 0.0);
-    let y = vec3(0.0, texel.y, 0.0);
-    let z = vec3(0.0, 0.0, texel.z);
     // A rough gradient, per voxel.
-    let slope = 0.5 * vec3(
-        trilinear_at_place(p + x) - trilinear_at_place(p - x),
-        trilinear_at_place(p + y) - trilinear_at_place(p - y),
-        trilinear_at_place(p + z) - trilinear_at_place(p - z),
-    );
+    let around = trilinear_around(p);
+    let slope = 0.5 * (around.behind - around.before);
     let along = unit(slope) * texel;
     let before = trilinear_at_place(p - along);
     let here = trilinear_at_place(p);

@@ -47,16 +47,29 @@ fn tricubic_at_place(p: vec3<f32>) -> f32 {
     return sum;
 }
 
-// Smooth intensity at a place that keeps details: the B-spline without the blur that it adds. The blur is a sixth of the
-// second differences along all axes, to the fourth order of a voxel's width.
-fn sharp_at_place(p: vec3<f32>) -> f32 {
+// Trilinear intensities a voxel before and behind a place along each axis.
+struct Around {
+    before: vec3<f32>,
+    behind: vec3<f32>,
+}
+
+fn trilinear_around(p: vec3<f32>) -> Around {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
     let x = vec3(texel.x, 0.0, 0.0);
     let y = vec3(0.0, texel.y, 0.0);
     let z = vec3(0.0, 0.0, texel.z);
-    let around = trilinear_at_place(p + x) + trilinear_at_place(p - x) + trilinear_at_place(p + y)
-        + trilinear_at_place(p - y) + trilinear_at_place(p + z) + trilinear_at_place(p - z);
-    return tricubic_at_place(p) - (around - 6.0 * trilinear_at_place(p)) / 6.0;
+    return Around(
+        vec3(trilinear_at_place(p - x), trilinear_at_place(p - y), trilinear_at_place(p - z)),
+        vec3(trilinear_at_place(p + x), trilinear_at_place(p + y), trilinear_at_place(p + z)),
+    );
+}
+
+// Smooth intensity at a place that keeps details: the B-spline without the blur that it adds. The blur is a sixth of the
+// second differences along all axes, to the fourth order of a voxel's width.
+fn sharp_at_place(p: vec3<f32>) -> f32 {
+    let around = trilinear_around(p);
+    let sum = dot(around.before + around.behind, vec3(1.0));
+    return tricubic_at_place(p) - (sum - 6.0 * trilinear_at_place(p)) / 6.0;
 }
 
 // Intensity at a place, by the filter of view rays.
