@@ -55,11 +55,12 @@ pub(super) fn attach_boxes(
             let bounds = Aabb::enclosing(table.geometry.corners().map(|corner| corner.as_vec3()));
             commands.entity(child).try_insert((drawn, bounds.unwrap_or_default()));
         }
+        let by_gradient = table.last_gradient.is_some();
         // The computed and the drawn occlusion change in the same frame.
         let are_there = methods.are_there_for(&fitted.occlusion.method)
-            & variants.are_there_for(DrawVariant::of(&fitted.occlusion, shading));
+            & variants.are_there_for(DrawVariant::of(&fitted.occlusion, shading, by_gradient));
         let VolumeShading { reconstruction, lighting, .. } = *shading;
-        let new = || ShownOcclusion { fitted: fitted.clone(), reconstruction, lighting };
+        let new = || ShownOcclusion { fitted: fitted.clone(), reconstruction, lighting, by_gradient };
         match shown {
             Some(mut shown) if are_there || !in_background.0 => {
                 shown.set_if_neq(new());

@@ -38,9 +38,9 @@ pub(super) struct DrawnVolumes {
     kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<BindGroup>>>,
 }
 
-/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, and
-/// what the method makes.
-type Bound = ([BufferId; 3], [TextureViewId; 3]);
+/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, the
+/// lookup table, and what the method makes.
+type Bound = ([BufferId; 3], [TextureViewId; 4]);
 
 /// Draws a volume in a view.
 pub(super) type DrawVolume =
@@ -76,7 +76,7 @@ pub(super) fn queue_volumes(
             if volume.is_drawn_by_method() && methods.are_there_for(&volume.occlusion.method) {
                 continue;
             }
-            let variant = DrawVariant::of(&volume.occlusion, &volume.shading);
+            let variant = DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient);
             let mut draw = |variant, draw_function, key| {
                 phase.add_transient(Transparent3d {
                     sorting_info: TransparentSortingInfo3d::Sorted {
@@ -125,7 +125,8 @@ pub(super) fn bind_volumes(
             let [views, runs] = runs.of(volume.entity)?.buffers()?;
             let (orientations, occlusion) = (resources.orientations(), &resources.occlusion.view);
             let buffers = [views, runs, resources.uniform.buffer()?].map(|buffer| buffer.id());
-            let textures = [&clip.depth.view, orientations, occlusion].map(|view| view.id());
+            let table = &resources.lookup_table.texture.view;
+            let textures = [&clip.depth.view, table, orientations, occlusion].map(|view| view.id());
             let group = kept.of(volume.entity).of((buffers, textures), || {
                 let bindings = resources.bindings(clip, &formats)?;
                 let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);

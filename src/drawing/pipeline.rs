@@ -47,6 +47,7 @@ pub(super) struct DrawVariant {
     is_isosurface: bool,
     reconstruction: Reconstruction,
     is_lit: bool,
+    by_gradient: bool,
     pub rays: RaysDrawn,
 }
 
@@ -72,13 +73,14 @@ impl RaysDrawn {
 }
 
 impl DrawVariant {
-    pub fn of(occlusion: &AmbientOcclusion, shading: &VolumeShading) -> Self {
+    pub fn of(occlusion: &AmbientOcclusion, shading: &VolumeShading, by_gradient: bool) -> Self {
         let texels = occlusion.texels();
         Self {
             texels: texels.shader_def(),
             is_isosurface: occlusion.method.settings().drawing().draws_surface,
             reconstruction: shading.reconstruction,
             is_lit: shading.lighting != VolumeLighting::Unlit,
+            by_gradient,
             // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
         }
@@ -136,7 +138,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
             .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP as u32));
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
         let lit = variant.is_lit.then_some("LIT");
-        let named = [variant.texels, isosurface, lit].into_iter().flatten();
+        let by_gradient = variant.by_gradient.then_some("BY_GRADIENT");
+        let named = [variant.texels, isosurface, lit, by_gradient].into_iter().flatten();
         let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
         let own = groups.into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);

@@ -24,16 +24,18 @@
 }
 #endif
 #import bevy_contextual_ao::{
+    classification::{EXTINCTIONS, classify},
+    gradients::gradient_at,
     orientation::{Cut, NO_CUT},
     marched_view::MarchedView,
     next_run::{intensity_at, march_behind, next_run},
-    preintegration::{EXTINCTION_ROW, TablePlace, mean_between, slice_opacity, table_place, value_at},
+    preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place, value_at},
     reconstruction::sharp_at_place,
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay, view_ray},
-    volume_bindings::{classify_intensity, edge_sampler, volume},
+    volume_bindings::{edge_sampler, volume},
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
@@ -65,20 +67,25 @@ const EVEN: f32 = 1e-3;
 // A slice with a peak is halved this often.
 const PLACE_HALVINGS: i32 = 5;
 
-// An end of a slice.
+// An end of a slice, for a gradient.
 struct End {
     intensity: f32,
+    gradient: f32,
     place: TablePlace,
 }
 
 fn end_at(ray: ViewRay, along_mm: f32) -> End {
     let intensity = intensity_at(ray, along_mm);
-    return End(intensity, table_place(intensity, EXTINCTION_ROW));
+    return End(intensity, 0.0, table_place(intensity, EXTINCTIONS, 0.0));
+}
+
+fn end_at_gradient(end: End, gradient: f32) -> End {
+    return End(end.intensity, gradient, at_gradient(end.place, EXTINCTIONS, gradient));
 }
 
 // Place in the table of a part of a slice.
 fn place_between(first: End, last: End, part: f32) -> TablePlace {
-    return table_place(mix(first.intensity, last.intensity, part), EXTINCTION_ROW);
+    return table_place(mix(first.intensity, last.intensity, part), EXTINCTIONS, first.gradient);
 }
 
 // The part of a slice in front of the place up to which extinction adds up to `half`; `mean` is that of the slice.
@@ -114,11 +121,14 @@ fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
 }
 
 // Adds a slice of a ray to a pixel. Its intensities change from `first` to `last`.
-fn accumulate(before: Pixel, slice: Slice, first: End, last: End, ray: ViewRay, cut_mm: f32) -> Pixel {
+fn accumulate(before: Pixel, slice: Slice, begin: End, end: End, ray: ViewRay, cut_mm: f32) -> Pixel {
+    let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
+    let gradient = gradient_at(middle);
+    let first = end_at_gradient(begin, gradient);
+    let last = end_at_gradient(end, gradient);
     let mean = mean_between(first.place, last.place);
     var extinction = mean;
 #ifdef MODULATED
-    let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
     let share = mix(1.0, textureSampleLevel(occlusion, edge_sampler, middle, 0.0).g, volume.occlusion_share);
     // The opacity of a unit distance is modulated. A whole share changes no bit.
     let modulated = -log((1.0 - share) + share * exp(-extinction));
@@ -143,7 +153,7 @@ fn accumulate(before: Pixel, slice: Slice, first: End, last: End, ray: ViewRay, 
 #else
     let intensity = mix(first.intensity, last.intensity, part);
 #endif
-    let base = classify_intensity(intensity).rgb;
+    let base = classify(intensity, gradient).rgb;
     let color = shade(base, opacity, p, ray.direction, ambient_at(p, cut), cut);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }

@@ -25,13 +25,15 @@ impl FittedOcclusion {
     }
 }
 
-/// The occlusion that is computed and drawn, the filter and the light. While pipelines are being compiled these are the
+/// The occlusion that is computed and drawn, the filter, the light, and the kind of transfer function. While pipelines are being compiled these are the
 /// previous ones.
 #[derive(Component, PartialEq)]
 pub(crate) struct ShownOcclusion {
     pub fitted: FittedOcclusion,
     pub reconstruction: Reconstruction,
     pub lighting: VolumeLighting,
+    /// Whether the transfer function follows the gradient.
+    pub by_gradient: bool,
 }
 
 /// Memory that a method takes for a volume of these dimensions, with the occlusion texture beyond a scalar a voxel.

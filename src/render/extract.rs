@@ -40,6 +40,8 @@ pub(crate) struct ExtractedVolume {
     pub drawn_on: Option<MainEntity>,
     pub geometry: VolumeGeometry,
     pub table: LookupTable,
+    /// Whether the drawn transfer function follows the gradient. A table that does may have to wait for its pipelines.
+    pub by_gradient: bool,
     pub occlusion: AmbientOcclusion,
     pub shading: VolumeShading,
     /// Whether all occlusion is recomputed in every frame. `occlusion` does not hold this setting.
@@ -169,6 +171,7 @@ pub(crate) fn extract_scene(
             drawn_on: drawn_on.map(|child| child.0.into()),
             geometry: table.geometry,
             table: table.clone(),
+            by_gradient: shown.by_gradient && table.last_gradient.is_some(),
             occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
             has_occlusion: occlusion.has_occlusion(),
             awaits_pipelines: wanted != occlusion,

@@ -16,7 +16,7 @@ use super::{
         voxel_method::{KeptVolume, VolumeFrame},
     },
     views::{
-        march::{MarchJob, MarchPass},
+        march::{MarchJob, MarchPass, MarchVariant},
         runs::{Stale, VolumeRuns},
     },
     volumes::{
@@ -131,8 +131,8 @@ fn write_volume(
     let uniform =
         VolumeUniform::new(volume, largest, has_occlusion, drawn, sizes, carvers.len(), &scene.optimizations);
     resources.upload(volume, uniform.step_lengths(), &gpu.queue);
-    let filter = Some(volume.shading.reconstruction);
-    let is_filtered_anew = core::mem::replace(&mut resources.state.reconstruction, filter) != filter;
+    let variant = Some(MarchVariant::of(volume));
+    let is_filtered_anew = core::mem::replace(&mut resources.state.marched, variant) != variant;
     write_if_changed(&mut resources.carvers, table, &gpu.device, &gpu.queue);
     write_if_changed(&mut resources.uniform, uniform, &gpu.device, &gpu.queue) || is_filtered_anew
 }
@@ -226,6 +226,6 @@ impl Planning<'_, '_> {
             runs.plan_without(windows, self.gpu);
             return None;
         }
-        self.march.plan(volume.shading.reconstruction, windows, runs, stale, groups, self.gpu)
+        self.march.plan(MarchVariant::of(volume), windows, runs, stale, groups, self.gpu)
     }
 }

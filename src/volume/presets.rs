@@ -57,11 +57,8 @@ impl Preset {
         let corners = VolumeGeometry::of(volume).corners();
         let diagonal = 2.0 * corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
         let unit = (diagonal / UNITS_IN_DIAGONAL) as f32;
-        TransferFunction {
-            points: self.points().iter().map(point).collect(),
-            opacity_unit_distance_mm: unit.clamp(f32::MIN_POSITIVE, f32::MAX),
-            gradient_opacity: Vec::new(),
-        }
+        let points = self.points().iter().map(point).collect();
+        TransferFunction::of_values(points, unit.clamp(f32::MIN_POSITIVE, f32::MAX))
     }
 
     fn points(self) -> &'static [Point] {

@@ -32,7 +32,24 @@ pub struct GradientPoint {
     pub opacity: f32,
 }
 
+/// Control points for longer gradients of the value.
+#[derive(Reflect, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[reflect(Debug, Clone, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PointsAtGradient {
+    /// Length of the value's gradient up to which the points have no effect, in the volume file's units per millimetre.
+    pub from: f32,
+    /// Length from which on they alone count. Between the two, colour and opacity change evenly.
+    pub to: f32,
+    /// Control points, sorted by value.
+    pub points: Vec<ControlPoint>,
+}
+
 /// Colour and opacity for every value: linear between control points, constant beyond the outermost.
+///
+/// The length of the value's gradient may have a say too: it is short inside matter, and long where one kind of matter
+/// meets another (Kniss, Kindlmann and Hansen 2002). [`gradient_opacity`](Self::gradient_opacity) is a factor for
+/// all values, and [`at_gradients`](Self::at_gradients) has other points for longer gradients.
 ///
 /// The fields can be changed freely, as in an editor. Values that [`validate`](Self::validate) refuses cause
 /// no panic, but may not look as intended.
@@ -45,11 +62,12 @@ pub struct TransferFunction {
     /// Length of matter, mm, over which it has the opacity of the points.
     #[serde(default = "one")]
     pub opacity_unit_distance_mm: f32,
-    /// Opacity by gradient, sorted by gradient, linear between points; empty if the gradient has no effect.
-    ///
-    /// This field is read and written, but not yet drawn.
+    /// Factor on the opacity by gradient, sorted by gradient, linear between points. Empty: 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gradient_opacity: Vec<GradientPoint>,
+    /// Control points that take over for longer gradients, one after the other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_gradients: Vec<PointsAtGradient>,
 }
 
 fn one() -> f32 {
@@ -60,15 +78,16 @@ impl Default for TransferFunction {
     /// White, transparent at 0 and opaque at 1.
     fn default() -> Self {
         let point = |value| ControlPoint { value, color: [1.0; 3], opacity: value };
-        Self {
-            points: vec![point(0.0), point(1.0)],
-            opacity_unit_distance_mm: 1.0,
-            gradient_opacity: Vec::new(),
-        }
+        Self::of_values(vec![point(0.0), point(1.0)], 1.0)
     }
 }
 
 impl TransferFunction {
+    /// A function of the value alone, not validated.
+    pub(super) fn of_values(points: Vec<ControlPoint>, opacity_unit_distance_mm: f32) -> Self {
+        Self { points, opacity_unit_distance_mm, gradient_opacity: Vec::new(), at_gradients: Vec::new() }
+    }
+
     /// Makes a transfer function from points in any order; points of one value keep their order.
     ///
     /// # Errors
@@ -79,7 +98,7 @@ impl TransferFunction {
         opacity_unit_distance_mm: f32,
     ) -> Result<Self, TransferFunctionError> {
         points.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let function = Self { points, opacity_unit_distance_mm, gradient_opacity: Vec::new() };
+        let function = Self::of_values(points, opacity_unit_distance_mm);
         function.validate()?;
         Ok(function)
     }
@@ -101,80 +120,28 @@ impl TransferFunction {
     ///
     /// - [`TransferFunctionError::Empty`] without control points.
     /// - [`TransferFunctionError::Point`] for the first invalid point. Its value or gradient is not finite or is
-    ///   below its predecessor's, or its colour or opacity is not from 0 to 1.
+    ///   below its predecessor's, or its colour or opacity is not from 0 to 1. A range of gradients counts as a point.
+    /// - [`TransferFunctionError::AtGradients`] with the error of the first invalid points for longer gradients.
     /// - [`TransferFunctionError::UnitDistance`] if the unit of length is not finite and positive.
     pub fn validate(&self) -> Result<(), TransferFunctionError> {
-        if self.points.is_empty() {
-            return Err(TransferFunctionError::Empty);
-        }
-        let mut before = f32::NEG_INFINITY;
-        for (index, point) in self.points.iter().enumerate() {
-            check_order(index, "value", point.value, &mut before)?;
-            let [red, green, blue] = point.color;
-            for (field, share) in [("red", red), ("green", green), ("blue", blue), ("opacity", point.opacity)]
-            {
-                check_share(index, field, share)?;
-            }
-        }
+        check_points(&self.points)?;
         let mut before = f32::NEG_INFINITY;
         for (index, point) in self.gradient_opacity.iter().enumerate() {
             check_order(index, "gradient", point.gradient, &mut before)?;
             check_share(index, "gradient_opacity", point.opacity)?;
+        }
+        for (index, at) in self.at_gradients.iter().enumerate() {
+            let mut before = 0.0;
+            check_order(index, "from", at.from, &mut before)?;
+            check_order(index, "to", at.to, &mut before)?;
+            let error = |error| TransferFunctionError::AtGradients { index, error: Box::new(error) };
+            check_points(&at.points).map_err(error)?;
         }
         let unit = self.opacity_unit_distance_mm;
         if !unit.is_finite() || unit <= 0.0 {
             return Err(TransferFunctionError::UnitDistance(unit));
         }
         Ok(())
-    }
-
-    /// Red, green, blue (sRGB-encoded) and opacity at a value in file units.
-    ///
-    /// At a step, the result is that of the upper side. Without points it is all zero.
-    pub fn sample(&self, value: f32) -> [f32; 4] {
-        self.at(value.into())
-    }
-
-    /// [`sample`](Self::sample)s at `entries` evenly spaced values.
-    ///
-    /// The first and the last value are the ends of `range` (file units). A single entry is at the lower end.
-    pub fn lookup_table(&self, range: [f64; 2], entries: usize) -> Vec<[f32; 4]> {
-        let steps = entries.saturating_sub(1).max(1) as f64;
-        let [low, high] = range;
-        (0..entries)
-            .map(|entry| {
-                let t = entry as f64 / steps;
-                self.at(low * (1.0 - t) + high * t)
-            })
-            .collect()
-    }
-
-    fn at(&self, value: f64) -> [f32; 4] {
-        let colors = |point: &ControlPoint| {
-            let [red, green, blue] = point.color;
-            [red, green, blue, point.opacity]
-        };
-        let above = self.points.partition_point(|point| f64::from(point.value) <= value);
-        let below = above.checked_sub(1).and_then(|below| self.points.get(below));
-        match (below, self.points.get(above)) {
-            (Some(a), Some(b)) => mix([a.value.into(), b.value.into()], [colors(a), colors(b)], value),
-            (Some(only), None) | (None, Some(only)) => colors(only),
-            (None, None) => [0.0; 4],
-        }
-    }
-
-    /// The lowest value, in file units, at which the opacity reaches half of its maximum.
-    ///
-    /// It is an isovalue for a surface about where the eye sees one. `None` if the function is transparent everywhere.
-    pub fn isovalue(&self) -> Option<f32> {
-        let half = 0.5 * self.points.iter().map(|point| point.opacity).fold(0.0, f32::max);
-        let index = self.points.iter().position(|point| half > 0.0 && point.opacity >= half)?;
-        let reached = &self.points[index];
-        let Some(before) = index.checked_sub(1).map(|before| &self.points[before]) else {
-            return Some(reached.value);
-        };
-        let share = (half - before.opacity) / (reached.opacity - before.opacity);
-        Some(before.value + share * (reached.value - before.value))
     }
 
     /// Makes a first transfer function for a volume of unknown content.
@@ -191,15 +158,28 @@ impl TransferFunction {
         };
         let clamp = |value: f64| value.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
         let spacing = volume.spacing_mm().min_element();
-        Self {
-            points: vec![
-                ControlPoint { value: clamp(threshold - half), color: [0.62, 0.42, 0.30], opacity: 0.0 },
-                ControlPoint { value: clamp(threshold + half), color: [0.95, 0.89, 0.78], opacity: 0.9 },
-            ],
-            opacity_unit_distance_mm: spacing,
-            gradient_opacity: Vec::new(),
+        let points = vec![
+            ControlPoint { value: clamp(threshold - half), color: [0.62, 0.42, 0.30], opacity: 0.0 },
+            ControlPoint { value: clamp(threshold + half), color: [0.95, 0.89, 0.78], opacity: 0.9 },
+        ];
+        Self::of_values(points, spacing)
+    }
+}
+
+/// Checks that control points hold valid values, in order.
+fn check_points(points: &[ControlPoint]) -> Result<(), TransferFunctionError> {
+    if points.is_empty() {
+        return Err(TransferFunctionError::Empty);
+    }
+    let mut before = f32::NEG_INFINITY;
+    for (index, point) in points.iter().enumerate() {
+        check_order(index, "value", point.value, &mut before)?;
+        let [red, green, blue] = point.color;
+        for (field, share) in [("red", red), ("green", green), ("blue", blue), ("opacity", point.opacity)] {
+            check_share(index, field, share)?;
         }
     }
+    Ok(())
 }
 
 /// Checks that a point's value is finite and not below `before`, then stores it in `before`.
@@ -225,14 +205,4 @@ fn check_share(index: usize, field: &'static str, value: f32) -> Result<(), Tran
         return Ok(());
     }
     Err(TransferFunctionError::Point { index, field, value, reason: "must be from 0 to 1" })
-}
-
-/// Interpolates linearly between two nodes; exact at both.
-pub(super) fn mix<const N: usize>(at: [f64; 2], outputs: [[f32; N]; 2], value: f64) -> [f32; N] {
-    let width = at[1] - at[0];
-    let t = if width > 0.0 { ((value - at[0]) / width).clamp(0.0, 1.0) } else { 1.0 };
-    std::array::from_fn(|index| {
-        let [a, b] = outputs.map(|output| f64::from(output[index]));
-        (a * (1.0 - t) + b * t) as f32
-    })
 }

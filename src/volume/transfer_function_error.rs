@@ -19,6 +19,14 @@ pub enum TransferFunctionError {
         /// Condition that the value does not meet.
         reason: &'static str,
     },
+    /// The points for longer gradients cannot be used.
+    #[error("at_gradients {index}: {error}")]
+    AtGradients {
+        /// Index in [`TransferFunction::at_gradients`](super::TransferFunction::at_gradients), from zero.
+        index: usize,
+        /// Reason why they cannot be used.
+        error: Box<TransferFunctionError>,
+    },
     /// The opacity's unit of length is not a positive number.
     #[error("opacity_unit_distance_mm is {0}, must be finite and positive")]
     UnitDistance(f32),

@@ -113,12 +113,22 @@ impl Integral<'_> {
             Reconstruction::Trilinear => opaque,
             _ => field.sharp_at(voxel),
         };
-        let [.., opacity] = self.function.sample(opaque as f32);
-        let [r, g, b, _] = self.function.sample(colored as f32);
+        let gradient = self.gradient_at(voxel);
+        let [.., opacity] = self.function.sample_at(opaque as f32, gradient);
+        let [r, g, b, _] = self.function.sample_at(colored as f32, gradient);
         let color = LinearRgba::from(Srgba::rgb(r, g, b));
         let transmittance = 1.0 - f64::from(opacity);
         let per_mm = 1.0 - transmittance.powf(f64::from(self.function.opacity_unit_distance_mm).recip());
         (Vec3::new(color.red, color.green, color.blue).as_dvec3(), per_mm)
+    }
+
+    /// Length of the intensity's gradient at a place (voxels), per mm, by differences over two voxels.
+    fn gradient_at(&self, voxel: DVec3) -> f32 {
+        let field = &self.intensities;
+        let slopes = DVec3::AXES.map(|axis| 0.5 * (field.at(voxel + axis) - field.at(voxel - axis)));
+        // A plane wave's gradient turns with the grid's inverse transpose.
+        let voxel_from_local = self.geometry.local_from_voxel.matrix3.inverse();
+        (voxel_from_local.transpose() * DVec3::from(slopes)).length() as f32
     }
 
     /// The volume's part of a pixel in a view.

@@ -28,6 +28,7 @@ mod features;
 mod field;
 mod filtering;
 mod geometry_term;
+mod gradients;
 mod independence;
 mod integral;
 mod isosurface;

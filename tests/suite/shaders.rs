@@ -17,10 +17,12 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 31] = sources![
+const LIBRARIES: [(&str, &str); 33] = sources![
     "volumes/bindings.wgsl",
-    "volumes/preintegration.wgsl",
     "volumes/reconstruction.wgsl",
+    "volumes/gradients.wgsl",
+    "volumes/classification.wgsl",
+    "volumes/preintegration.wgsl",
     "volumes/bricks.wgsl",
     "volumes/superbricks.wgsl",
     "volumes/brick_bindings.wgsl",
@@ -92,9 +94,9 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "carvers/clip_draw.wgsl" => &["COUNT", "COMPARE"],
         "carvers/peel.wgsl" => &["SEVERAL_LAYERS"],
         "carvers/dilate.wgsl" => &["REDUCE"],
-        "clipping/clip.wgsl" => &["STORE_R8"],
-        "views/march.wgsl" => &["TRICUBIC"],
-        "methods/direct/slices.wgsl" => &["MULTISAMPLED"],
+        "clipping/clip.wgsl" => &["STORE_R8", "BY_GRADIENT"],
+        "views/march.wgsl" => &["TRICUBIC", "BY_GRADIENT"],
+        "methods/direct/slices.wgsl" => &["MULTISAMPLED", "BY_GRADIENT"],
         "clipping/static_distances.wgsl" => &["OCCUPY"],
         "clipping/distances.wgsl" => &["FIND_SEEN"],
         "methods/sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],
@@ -104,6 +106,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "methods/filtering/extrema.wgsl" => &["OF_DENSITIES"],
         "methods/filtering/estimate.wgsl" => &["STORE_R8", "MODULATED", "SHARES"],
         "methods/screen_space/opaque_surface.wgsl" => &["DEPTH", "DEPTH_MULTISAMPLED"],
+        "methods/screen_space/volume_surface.wgsl" => &["BY_GRADIENT"],
         "methods/screen_space/occlusion.wgsl" => &["STORE_R8"],
         _ => &[],
     }

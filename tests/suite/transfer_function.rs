@@ -86,6 +86,7 @@ fn senseless_functions_are_refused() {
         points: vec![point(9.0, white, 1.0), point(f32::NAN, white, 1.0), point(1.0, white, 0.0)],
         opacity_unit_distance_mm: 1.0,
         gradient_opacity: vec![],
+        at_gradients: vec![],
     };
     assert!(unsorted.validate().is_err());
     unsorted.lookup_table([0.0, 10.0], 50);

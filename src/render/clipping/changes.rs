@@ -71,7 +71,13 @@ mod tests {
     use bevy::prelude::default;
 
     fn contents(carvers: &[(CarverUniform, u64)]) -> Contents {
-        Contents { table_revision: 0, occlusion: default(), coverage: default(), carvers: carvers.to_vec() }
+        Contents {
+            table_revision: 0,
+            by_gradient: false,
+            occlusion: default(),
+            coverage: default(),
+            carvers: carvers.to_vec(),
+        }
     }
 
     fn carvers(past: &[CarverUniform], present: &[CarverUniform]) -> Changes {

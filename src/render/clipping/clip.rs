@@ -53,6 +53,7 @@ impl FromWorld for ClipPasses {
             let descriptor = PassDescriptor {
                 name,
                 shader,
+                shader_defs: vec!["BY_GRADIENT".into()],
                 before: vec![layouts::bricks_layout()],
                 own: &own,
                 behind: vec![work_layout()],

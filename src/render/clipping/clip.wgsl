@@ -10,11 +10,13 @@
 #import bevy_contextual_ao::{
     bricks::{HIDDEN, PENDING, VALID, brick_at, mask_at, mask_bit},
     changes::is_stale,
+    classification::OCCLUSIONS,
     coverage::{clip_voxel, local_position},
     emptiness::{is_brick_transparent, is_range_transparent},
+    gradients::gradient_length,
     listed::{NOTHING, listed_item},
     clip_pass::{QUEUE_ALL, QUEUE_NONE, QUEUE_SAMPLEABLE, clip_pass},
-    preintegration::{OCCLUSION_ROW, mean_between, table_place},
+    preintegration::{mean_between, table_place},
     volume_bindings::{intensities, volume},
     voxel_masks::voxel_masks,
     work_list::{FRONT, append},
@@ -97,8 +99,9 @@ fn opacity_of_voxel(voxel: vec3<u32>) -> f32 {
         highest = max(highest, max(before, behind));
     }
     let half = 0.5 * length(gradient) * volume.footprint_share;
-    let low = table_place(max(own - half, lowest), OCCLUSION_ROW);
-    let high = table_place(min(own + half, highest), OCCLUSION_ROW);
+    let steepness = gradient_length(gradient);
+    let low = table_place(max(own - half, lowest), OCCLUSIONS, steepness);
+    let high = table_place(min(own + half, highest), OCCLUSIONS, steepness);
     return saturate(mean_between(low, high));
 }
 

@@ -15,24 +15,37 @@ use super::{
 };
 use crate::occlusion::Reconstruction;
 use crate::render::{
+    extract::ExtractedVolume,
     gpu::{
-        compute_pass::{ComputePass, PassDescriptor},
+        compute_pass::{ComputePass, PassDescriptor, are_ready},
         device::Gpu,
     },
     volumes::{layouts::bricks_layout, store::VolumeGroups},
     windows::VolumeWindow,
 };
 
-/// Follows the view rays of a volume, with either filter.
-#[derive(Resource)]
-pub(crate) struct MarchPass {
-    trilinear: ComputePass,
-    tricubic: ComputePass,
+/// What tells the pipelines that follow view rays apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MarchVariant {
+    reconstruction: Reconstruction,
+    /// Whether the transfer function follows the gradient.
+    by_gradient: bool,
 }
+
+impl MarchVariant {
+    pub fn of(volume: &ExtractedVolume) -> Self {
+        Self { reconstruction: volume.shading.reconstruction, by_gradient: volume.by_gradient }
+    }
+}
+
+/// Follows the view rays of a volume: passes of trilinear and tricubic opacities, each for functions of the intensity
+/// alone and for functions of the gradient too.
+#[derive(Resource)]
+pub(crate) struct MarchPass([[ComputePass; 2]; 2]);
 
 /// March of the views of one volume.
 pub(crate) struct MarchJob {
-    reconstruction: Reconstruction,
+    variant: MarchVariant,
     volume: BindGroup,
     views: BindGroup,
     parts: ViewParts,
@@ -43,50 +56,48 @@ impl FromWorld for MarchPass {
         let written = storage_buffer_sized(false, None);
         let views = uniform_buffer_sized(true, None);
         let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written));
-        let pass = |shader_def: Option<&'static str>| {
+        let pass = |shader_defs: &[&'static str]| {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_march",
                 shader: load_embedded_asset!(world, "march.wgsl"),
-                shader_defs: shader_def.map(Into::into).into_iter().collect(),
+                shader_defs: shader_defs.iter().map(|&def| def.into()).collect(),
                 before: vec![bricks_layout()],
                 own: &own,
                 ..default()
             };
             ComputePass::new(world, descriptor)
         };
-        Self { trilinear: pass(None), tricubic: pass(Some("TRICUBIC")) }
+        Self([[pass(&[]), pass(&["BY_GRADIENT"])], [pass(&["TRICUBIC"]), pass(&["TRICUBIC", "BY_GRADIENT"])]])
     }
 }
 
 impl MarchPass {
-    /// Whether the pipelines of both filters are compiled.
+    /// Whether the pipelines of all variants are compiled.
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.trilinear.is_ready(cache) & self.tricubic.is_ready(cache)
+        are_ready(self.0.iter().flatten(), cache)
     }
 
-    fn by(&self, reconstruction: Reconstruction) -> &ComputePass {
-        match reconstruction {
-            Reconstruction::Trilinear | Reconstruction::SmoothColors => &self.trilinear,
-            Reconstruction::Tricubic => &self.tricubic,
-        }
+    fn of(&self, variant: MarchVariant) -> &ComputePass {
+        let is_tricubic = variant.reconstruction == Reconstruction::Tricubic;
+        &self.0[usize::from(is_tricubic)][usize::from(variant.by_gradient)]
     }
 
     /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.
     pub fn plan(
         &self,
-        reconstruction: Reconstruction,
+        variant: MarchVariant,
         windows: &[VolumeWindow],
         runs: &mut ViewRuns,
         stale: &Stale,
         groups: &VolumeGroups,
         gpu: &Gpu,
     ) -> Option<MarchJob> {
-        if !self.by(reconstruction).is_ready(&gpu.cache) {
+        if !self.of(variant).is_ready(&gpu.cache) {
             return None;
         }
         let parts = runs.plan(windows, stale, gpu)?;
         let views = self.bind_runs(runs, gpu)?;
-        Some(MarchJob { reconstruction, volume: groups.bricks.clone(), views, parts })
+        Some(MarchJob { variant, volume: groups.bricks.clone(), views, parts })
     }
 
     fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
@@ -96,14 +107,14 @@ impl MarchPass {
             let [views, runs, further] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
             let resources = (views, runs.as_entire_binding(), further.as_entire_binding());
-            self.trilinear.bind(resources, &gpu.cache, &gpu.device)
+            self.0[0][0].bind(resources, &gpu.cache, &gpu.device)
         }))
     }
 
     /// Encodes the pass over all views.
     pub fn encode_views(&self, encoder: &mut CommandEncoder, job: &MarchJob, cache: &PipelineCache) {
         let groups = [&job.volume, &job.views];
-        let pass = self.by(job.reconstruction);
+        let pass = self.of(job.variant);
         encode_views(pass, encoder, &groups, &[ViewArray::<MarchedViewUniform>::BYTES], job.parts, cache);
     }
 }

@@ -16,8 +16,10 @@
 #import bevy_contextual_ao::{
     brick_bindings::{brick_word, carvers_near, distance_of, smoothing_of},
     bricks::{inverse_step, leap_along, samples_within},
+    classification::EXTINCTIONS,
     clip_test::is_visible,
-    preintegration::{EXTINCTION_ROW, TablePlace, mean_between, slice_opacity, table_place},
+    gradients::gradient_at,
+    preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place},
     reconstruction::{intensity_at_place, trilinear_at_place},
     runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
@@ -78,6 +80,12 @@ fn voxel_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
 // Whether the point of a ray at a distance from `near` is not clipped.
 fn is_visible_at(ray: ViewRay, along_mm: f32) -> bool {
     return is_visible(ray.near + along_mm * ray.direction, carvers_near(voxel_at(ray, along_mm)));
+}
+
+// Mean extinction of a slice between two points of a ray.
+fn extinction_between(ray: ViewRay, begin_mm: f32, end_mm: f32, begin: TablePlace, end: TablePlace) -> f32 {
+    let gradient = gradient_at(ray.origin + 0.5 * (begin_mm + end_mm) * ray.velocity);
+    return mean_between(at_gradient(begin, EXTINCTIONS, gradient), at_gradient(end, EXTINCTIONS, gradient));
 }
 
 // Accumulated opacity with another slice behind.
@@ -153,15 +161,15 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             before = bounds.x;
             behind = bounds_behind.x;
 #endif
-            place = table_place(before, EXTINCTION_ROW);
-            place_behind = table_place(behind, EXTINCTION_ROW);
+            place = table_place(before, EXTINCTIONS, 0.0);
+            place_behind = table_place(behind, EXTINCTIONS, 0.0);
         }
         // Adds seen intervals without a carver near.
         while is_open && i < count && run.count < MOST_IN_RUN && alpha < most_alpha {
             let end_mm = along_ray(ray, i + 1u);
             behind = intensity_at(ray, end_mm);
-            place_behind = table_place(behind, EXTINCTION_ROW);
-            let extinction = mean_between(place, place_behind);
+            place_behind = table_place(behind, EXTINCTIONS, 0.0);
+            let extinction = extinction_between(ray, along_ray(ray, i), end_mm, place, place_behind);
             if extinction <= 0.0 || carvers_near(voxel_at(ray, end_mm)) != 0u {
                 break;
             }
@@ -209,14 +217,16 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
         var first = place;
         var last = place_behind;
         if enters || leaves {
-            let cut = table_place(intensity_at(ray, visible_mm), EXTINCTION_ROW);
+            let cut = table_place(intensity_at(ray, visible_mm), EXTINCTIONS, 0.0);
             if enters {
                 first = cut;
             } else {
                 last = cut;
             }
         }
-        let extinction = mean_between(first, last);
+        let first_mm = select(begin_mm, visible_mm, enters);
+        let last_mm = select(end_mm, visible_mm, leaves);
+        let extinction = extinction_between(ray, first_mm, last_mm, first, last);
         let is_seen = (state == SHOWN || enters) && extinction > 0.0;
         if is_seen {
             // A run begins at a cut, or at a sample.
@@ -224,7 +234,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             run.cut_mm = select(run.cut_mm, visible_mm, enters);
             run.first = select(run.first, i + u32(enters), !is_open);
             run.count += u32(!enters);
-            run.last_steps = (select(end_mm, visible_mm, leaves) - begin_mm) / step_mm;
+            run.last_steps = (last_mm - begin_mm) / step_mm;
             let steps = select(run.last_steps, (end_mm - visible_mm) / step_mm, enters);
             alpha = alpha_behind(alpha, extinction, steps);
         }

@@ -7,9 +7,11 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::carvers_near,
+    classification::classify,
     cut_surface::away_from_cut,
+    gradients::gradient_length,
     reconstruction::{intensity_gradient, trilinear_around, trilinear_at_place},
-    volume_bindings::{edge_sampler, opacity_of_intensity, volume},
+    volume_bindings::{edge_sampler, volume},
 }
 
 // A cut in front of a point, by a carver or by a face of the grid: its place on the ray, and its distance in voxels.
@@ -95,7 +97,8 @@ fn orientation_by_intensities(p: vec3<f32>) -> Orientation {
     let to_steepest = 2.0 * (before + behind - 2.0 * here) / max(behind - before, 1e-9);
     let gradient = intensity_gradient(p + clamp(to_steepest, -1.0, 1.0) * along);
     let inward = unit((transpose(volume.texture_from_local) * vec4(gradient, 0.0)).xyz);
-    let opacity = vec3(opacity_of_intensity(before), opacity_of_intensity(here), opacity_of_intensity(behind));
+    let steepness = gradient_length(slope);
+    let opacity = vec3(classify(before, steepness).a, classify(here, steepness).a, classify(behind, steepness).a);
     let change = max(abs(opacity.x - opacity.y), abs(opacity.z - opacity.y));
     let most = max(opacity.x, max(opacity.y, opacity.z));
     let strength = saturate(change / max(SURFACE_CHANGE * most, 1e-9));

@@ -29,7 +29,7 @@ impl VolumeResources {
             Buffer(self.uniform.buffer()?.clone()),
             Buffer(self.carvers.buffer()?.clone()),
             TextureView(TextureViewDimension::D3, self.gpu_volume.view.clone()),
-            TextureView(TextureViewDimension::D2, self.lookup_table.view.clone()),
+            TextureView(TextureViewDimension::D2, self.lookup_table.texture.view.clone()),
             TextureView(TextureViewDimension::D2Array, clip.depth.view.clone()),
             TextureView(TextureViewDimension::D2Array, clip.dilation.view.clone()),
             Sampler(SamplerBindingType::Filtering, formats.edge_sampler.clone()),
@@ -38,7 +38,7 @@ impl VolumeResources {
         Some((0..).zip(resources).collect())
     }
 
-    /// Makes group 0 of compute passes, if it is missing or binds clip maps that are gone. The other resources that it
+    /// Makes group 0 of compute passes, if it is missing or binds textures that are gone. The other resources that it
     /// binds live as long as the volume.
     pub fn keep_groups(
         &mut self,
@@ -47,14 +47,15 @@ impl VolumeResources {
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> Option<VolumeGroups> {
-        let maps = [clip.depth.view.id(), clip.dilation.view.id()];
-        if self.groups.as_ref().is_none_or(|groups| groups.maps != maps) {
+        let bound =
+            [&clip.depth.view, &clip.dilation.view, &self.lookup_table.texture.view].map(|view| view.id());
+        if self.groups.as_ref().is_none_or(|groups| groups.bound != bound) {
             self.groups = None;
             let bindings = self.bindings(clip, formats)?;
             let opacities = (9, BindingResource::TextureView(&self.opacities.view));
-            let bound = bindings.iter().map(|(binding, resource)| (*binding, resource.get_binding()));
+            let shared = bindings.iter().map(|(binding, resource)| (*binding, resource.get_binding()));
             let entries =
-                bound.chain([opacities]).map(|(binding, resource)| BindGroupEntry { binding, resource });
+                shared.chain([opacities]).map(|(binding, resource)| BindGroupEntry { binding, resource });
             let entries: Vec<_> = entries.collect();
             let group = |layout: BindGroupLayoutDescriptor, entries: &[BindGroupEntry]| -> BindGroup {
                 device.create_bind_group(
@@ -64,7 +65,7 @@ impl VolumeResources {
                 )
             };
             self.groups = Some(VolumeGroups {
-                maps,
+                bound,
                 volume: group(compute_layout(), &entries[..7]),
                 bricks: group(bricks_layout(), &entries[..8]),
                 lit: group(lit_layout(), &entries),

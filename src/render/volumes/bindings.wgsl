@@ -20,6 +20,9 @@ struct VolumeUniform {
     largest_stored: f32,
     table_first: f32,
     table_density: f32,
+    // Rows of gradients per unit of the intensity's gradient per mm (0: it has no effect), and the last row.
+    gradient_density: f32,
+    last_gradient_row: f32,
     // Exponents of the opacity correction (length of a step / opacity unit distance).
     occlusion_exponent: f32,
     draw_exponent: f32,
@@ -116,24 +119,4 @@ fn may_be_visible(intensity: f32) -> bool {
 // Whether any intensity between two does.
 fn may_be_visible_between(a: f32, b: f32) -> bool {
     return max(a, b) > volume.visible_intensities.x && min(a, b) < volume.visible_intensities.y;
-}
-
-// Colour (linear RGB) and opacity per unit distance of an intensity as a texture gives it.
-fn classify_intensity(intensity: f32) -> vec4<f32> {
-    let last = f32(textureDimensions(lookup_table).x - 1u);
-    let entry = clamp(lookup_entry(intensity), 0.0, last);
-    let below = min(floor(entry), last - 1.0);
-    let a = textureLoad(lookup_table, vec2(u32(below), 0u), 0);
-    let b = textureLoad(lookup_table, vec2(u32(below) + 1u, 0u), 0);
-    return mix(a, b, entry - below);
-}
-
-// Opacity per unit distance of an intensity.
-fn opacity_of_intensity(intensity: f32) -> f32 {
-    return classify_intensity(intensity).a;
-}
-
-// Opacity per unit distance → opacity of a step. `exponent` is the ratio of step to unit distance.
-fn correct_opacity(opacity: f32, exponent: f32) -> f32 {
-    return select(1.0 - pow(1.0 - opacity, exponent), opacity, exponent == 1.0);
 }

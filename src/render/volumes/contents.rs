@@ -1,16 +1,18 @@
 //! State of a volume's data on the GPU, from which the work of a frame is planned.
 
-use super::{carver_uniform::CarverUniform, clip_pass::Queue, preintegration::StepLengths};
+use super::{carver_uniform::CarverUniform, clip_pass::Queue};
 use crate::{
     clip::CoverageRule,
-    occlusion::{AmbientOcclusion, Reconstruction},
-    render::extract::ExtractedVolume,
+    occlusion::AmbientOcclusion,
+    render::{extract::ExtractedVolume, views::march::MarchVariant},
 };
 
 /// Inputs of opacities and occlusion, besides the volume itself.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Contents {
     pub table_revision: u32,
+    /// Whether opacities follow the gradient.
+    pub by_gradient: bool,
     pub occlusion: AmbientOcclusion,
     pub coverage: CoverageRule,
     /// The carvers that act, each with the revision of its maps.
@@ -19,12 +21,18 @@ pub(crate) struct Contents {
 
 impl Contents {
     pub fn of(volume: &ExtractedVolume, carvers: Vec<(CarverUniform, u64)>, coverage: CoverageRule) -> Self {
-        Self { table_revision: volume.table.revision, occlusion: volume.occlusion.clone(), coverage, carvers }
+        Self {
+            table_revision: volume.table.revision,
+            by_gradient: volume.by_gradient,
+            occlusion: volume.occlusion.clone(),
+            coverage,
+            carvers,
+        }
     }
 
     /// Whether only the transfer function changed.
     pub fn differs_in_table_alone(&self, new: &Self) -> bool {
-        self.table_revision != new.table_revision
+        (self.table_revision, self.by_gradient) != (new.table_revision, new.by_gradient)
             && self.occlusion == new.occlusion
             && self.coverage == new.coverage
             && self.carvers == new.carvers
@@ -34,12 +42,8 @@ impl Contents {
 /// State of a volume's data on the GPU.
 #[derive(Default)]
 pub(crate) struct VolumeState {
-    /// Revision of the lookup table on the GPU.
-    pub table_revision: Option<u32>,
-    /// The table's revision and the lengths of steps for its integrals on the GPU.
-    pub integrated: Option<(u32, StepLengths)>,
-    /// Filter with which the views were last marched.
-    pub reconstruction: Option<Reconstruction>,
+    /// How the views were last marched.
+    pub marched: Option<MarchVariant>,
     /// Stride of the occlusion for which the ranges of bricks were found.
     pub ranges_for: Option<u32>,
     /// Inputs of the present opacities, and of occlusion where it is valid. `None` before these are first computed.

@@ -1,7 +1,7 @@
-//! Rows of the lookup table that hold integrals over intensities (`preintegration.wgsl`).
+//! Rows of the lookup table's texture (`preintegration.wgsl`).
 
-/// Number of these rows. They follow those of the occlusion method.
-pub(super) const ROWS: u32 = 2;
+/// Number of rows for a gradient: colour and opacity, then integrals of the extinction and of the occlusion's opacity.
+pub(super) const ROWS: u32 = 3;
 
 /// Optical depth of a drawing step through an opaque intensity: a hundredth of a step is then half opaque.
 const OPAQUE_STEP: f64 = 70.0;
@@ -13,7 +13,7 @@ pub(crate) struct StepLengths {
     pub occlusion: f32,
 }
 
-/// The rows for a transfer function's entries: linear colour, and opacity per unit distance.
+/// The rows for a transfer function's entries at a gradient: linear colour, and opacity per unit distance.
 pub(super) fn rows(entries: &[[f32; 4]], steps: StepLengths) -> Vec<[f32; 4]> {
     let most = OPAQUE_STEP / f64::from(steps.drawing).max(1e-6);
     let opacities = || entries.iter().map(|entry| f64::from(entry[3]));
@@ -21,7 +21,7 @@ pub(super) fn rows(entries: &[[f32; 4]], steps: StepLengths) -> Vec<[f32; 4]> {
     let occlusion = |opacity: f64| 1.0 - (1.0 - opacity).powf(steps.occlusion.into());
     let extinctions: Vec<_> = opacities().map(extinction).collect();
     let occlusions: Vec<_> = opacities().map(occlusion).collect();
-    [row(&extinctions), row(&occlusions)].concat()
+    [entries.to_vec(), row(&extinctions), row(&occlusions)].concat()
 }
 
 /// A function's row: its value at each entry and at the next one, its integral up to the entry, and what single precision
@@ -58,7 +58,7 @@ mod tests {
         let opacity = |k: usize| if k < 3000 { 1.0 } else { 1e-3 };
         let entries: Vec<_> = (0..4096).map(|k| [1.0, 0.5, 0.0, opacity(k)]).collect();
         let rows = rows(&entries, StepLengths { drawing: 0.5, occlusion: 2.0 });
-        let row = |k: usize| &rows[4096 * k..4096 * (k + 1)];
+        let row = |k: usize| &rows[4096 * (k + 1)..4096 * (k + 2)];
         let integral = |k: usize| f64::from(row(0)[k][2]) + f64::from(row(0)[k][3]);
         let mean = (integral(4000) - integral(3500)) / 500.0;
         let expected = -(1.0f64 - f64::from(1e-3f32)).ln();

@@ -3,15 +3,14 @@
 // slice's opacity. It finds parts of the transfer function that lie between two samples.
 //
 // A row of the table holds a function and its integral over entries. So a mean takes the same two loads however far the
-// ends lie apart. The Rust side is `preintegration.rs`.
+// ends lie apart. The gradient counts as constant in a slice. The Rust side is `preintegration.rs`.
 
 #define_import_path bevy_contextual_ao::preintegration
 
-#import bevy_contextual_ao::volume_bindings::{lookup_entry, lookup_table, volume}
-
-// Rows of the table: extinction per opacity unit distance, and opacity of an occlusion step.
-const EXTINCTION_ROW: u32 = 3u;
-const OCCLUSION_ROW: u32 = 4u;
+#import bevy_contextual_ao::{
+    classification::table_entry,
+    volume_bindings::{lookup_entry, lookup_table, volume},
+}
 
 // Entries closer than this are one: their difference has too few digits.
 const SAME: f32 = 1e-3;
@@ -28,13 +27,23 @@ struct TablePlace {
     row: vec4<f32>,
 }
 
-fn table_place(intensity: f32, row: u32) -> TablePlace {
+// The place in a kind of row for a gradient.
+fn table_place(intensity: f32, kind: u32, gradient: f32) -> TablePlace {
     let last = f32(textureDimensions(lookup_table).x - 1u);
     let entry = lookup_entry(intensity);
     let inside = clamp(entry, 0.0, last);
     let below = min(floor(inside), last - 1.0);
-    let values = textureLoad(lookup_table, vec2(u32(below), row), 0);
+    let values = table_entry(u32(below), kind, gradient);
     return TablePlace(entry, below, inside - below, entry - inside, values);
+}
+
+// A place for gradient 0, for another gradient.
+fn at_gradient(place: TablePlace, kind: u32, gradient: f32) -> TablePlace {
+    var moved = place;
+#ifdef BY_GRADIENT
+    moved.row = table_entry(u32(place.below), kind, gradient);
+#endif
+    return moved;
 }
 
 // The function at a place.

@@ -5,9 +5,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, Buffer, Extent3d, Origin3d, StorageBuffer, TexelCopyBufferLayout,
-            TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-            TextureView, TextureViewDimension, TextureViewId, UniformBuffer,
+            BindGroup, Buffer, StorageBuffer, Texture, TextureFormat, TextureUsages, TextureView,
+            TextureViewDimension, TextureViewId, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         sync_world::MainEntity,
@@ -21,9 +20,10 @@ use super::{
     carver_uniform::{CarverTable, CarverUniform},
     clip_pass::ClipPassUniform,
     contents::VolumeState,
+    gpu_table::GpuTable,
     intensities::GpuVolume,
     kept::MethodResources,
-    preintegration::{self, StepLengths},
+    preintegration::StepLengths,
     uniform::VolumeUniform,
 };
 use crate::{
@@ -36,11 +36,8 @@ use crate::{
             textures::{TextureAndView, usage_of},
         },
     },
-    volume::{LookupTable, Rescale},
+    volume::Rescale,
 };
-
-/// Number of rows behind the transfer function in the lookup table's texture, for a table of the occlusion method.
-pub(crate) const METHOD_ROWS: u32 = 2;
 
 /// The resources of every volume in the scene, by the main world's entity.
 ///
@@ -79,8 +76,7 @@ pub(crate) struct VolumeResources {
     pub rescale: Rescale,
     /// Lowest and highest intensity, as the texture gives them.
     pub range: [f64; 2],
-    /// The transfer function in one row. Behind it are [`METHOD_ROWS`] for the occlusion method, then its integrals.
-    pub lookup_table: TextureAndView,
+    pub lookup_table: GpuTable,
     /// Opacity after clipping [V_o].
     pub opacities: TextureAndView,
     /// Occlusion as drawn [V_AO].
@@ -101,8 +97,8 @@ pub(crate) struct VolumeResources {
 /// Group 0 of the passes over one volume. Clones share the groups.
 #[derive(Clone)]
 pub(crate) struct VolumeGroups {
-    /// The bound clip maps.
-    pub(super) maps: [TextureViewId; 2],
+    /// The bound textures that may be made anew: clip maps and the lookup table.
+    pub(super) bound: [TextureViewId; 3],
     /// For passes that compute the data of bricks.
     pub volume: BindGroup,
     /// For passes that read the data of bricks.
@@ -165,6 +161,7 @@ impl VolumeStore {
                 VolumeResources::new(gpu_volume, volume, formats, device, queue)
             });
             resources.keep_texels(volume, formats, device);
+            resources.keep_table(volume, device);
             self.0.insert(volume.entity, resources);
         }
     }
@@ -194,24 +191,7 @@ impl VolumeResources {
             rescale: data.rescale(),
             range: data.range().map(|value| data.to_stored(value) / gpu_volume.largest_stored),
             gpu_volume,
-            lookup_table: TextureAndView::new(
-                device,
-                &TextureDescriptor {
-                    label: Some("contextual_ao_lookup_table"),
-                    size: Extent3d {
-                        width: LookupTable::ENTRIES as u32,
-                        height: 1 + METHOD_ROWS + preintegration::ROWS,
-                        ..default()
-                    },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: TextureDimension::D2,
-                    format: TextureFormat::Rgba32Float,
-                    usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-                    view_formats: &[],
-                },
-                TextureViewDimension::D2,
-            ),
+            lookup_table: GpuTable::new(&volume.table, device),
             opacities: written("contextual_ao_opacities", dimensions, formats.scalar, device),
             occlusion: occlusion_texture(texels, dimensions, formats, device),
             texels,
@@ -241,26 +221,28 @@ impl VolumeResources {
         }
     }
 
+    /// Makes another table if the volume's table has another number of gradients.
+    fn keep_table(&mut self, volume: &ExtractedVolume, device: &RenderDevice) {
+        if !self.lookup_table.fits(&volume.table) {
+            self.lookup_table = GpuTable::new(&volume.table, device);
+            // The method writes its rows when it makes its resources.
+            self.kept = None;
+            self.state.contents = None;
+        }
+    }
+
     /// Texture that orients surfaces when views draw them.
     pub fn orientations(&self) -> &TextureView {
         let kept = self.kept.as_ref().and_then(|kept| kept.orientations());
         kept.unwrap_or(&self.opacities.view)
     }
 
-    /// Uploads the lookup table if it changed, and its integrals if the table or the lengths of steps changed.
+    /// Uploads the lookup table if it changed, or the lengths of steps did.
     pub fn upload(&mut self, volume: &ExtractedVolume, steps: StepLengths, queue: &RenderQueue) {
-        let integrated = Some((volume.table.revision, steps));
-        if self.state.integrated != integrated {
-            self.state.integrated = integrated;
-            let rows = preintegration::rows(&volume.table.entries, steps);
-            self.write_table_rows(1 + METHOD_ROWS, &rows, queue);
-        }
-        if self.state.table_revision != Some(volume.table.revision) {
-            self.state.table_revision = Some(volume.table.revision);
-            self.write_table_rows(0, &volume.table.entries, queue);
+        if self.lookup_table.upload(&volume.table, steps, queue) {
             let mut opaque = 0u32;
-            let before = volume.table.entries.iter().map(|entry| {
-                opaque += u32::from(entry[3] > 0.0);
+            let before = volume.table.largest_opacities().map(|opacity| {
+                opaque += u32::from(opacity > 0.0);
                 opaque
             });
             let opaque_before: Vec<u32> = iter::once(0).chain(before).collect();
@@ -268,23 +250,8 @@ impl VolumeResources {
         }
     }
 
-    /// Writes whole rows of the lookup table's texture.
-    pub fn write_table_rows(&self, first: u32, texels: &[[f32; 4]], queue: &RenderQueue) {
-        let texture = &self.lookup_table.texture;
-        let width = texture.width();
-        let origin = Origin3d { y: first, ..default() };
-        let layout =
-            TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: None };
-        queue.write_texture(
-            TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
-            bytemuck::cast_slice(texels),
-            layout,
-            Extent3d { width, height: texels.len() as u32 / width, ..default() },
-        );
-    }
-
     fn usage(&self) -> GpuUsage {
-        usage_of([&self.lookup_table.texture, &self.opacities.texture, &self.occlusion.texture])
+        usage_of([&self.lookup_table.texture.texture, &self.opacities.texture, &self.occlusion.texture])
             + self.bricks.usage()
             + self.kept.as_ref().map_or_else(default, |kept| kept.usage())
     }

@@ -22,6 +22,8 @@ pub(crate) struct VolumeUniform {
     largest_stored: f32,
     table_first: f32,
     table_density: f32,
+    gradient_density: f32,
+    last_gradient_row: f32,
     occlusion_exponent: f32,
     draw_exponent: f32,
     draw_step_mm: f32,
@@ -70,6 +72,10 @@ impl VolumeUniform {
         let texture_from_voxel = geometry.texture_from_voxel();
         let [lo, hi] = volume.table.stored_range;
         let table_density = if hi > lo { (LookupTable::ENTRIES - 1) as f64 / (hi - lo) } else { 0.0 };
+        let last_gradient_row = f64::from(volume.table.rows() - 1);
+        let last_gradient = volume.table.last_gradient.filter(|_| volume.by_gradient);
+        let gradient_density = last_gradient
+            .map_or(0.0, |last| (largest_stored * last_gradient_row / last).min(f32::MAX.into()));
         let unit = volume.table.opacity_unit_distance_mm as f64;
         let draw_step = geometry.spacing_mm.min_element() * f64::from(volume.shading.drawn_step_voxels());
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
@@ -97,6 +103,8 @@ impl VolumeUniform {
             largest_stored: largest_stored as f32,
             table_first: lo as f32,
             table_density: table_density as f32,
+            gradient_density: gradient_density as f32,
+            last_gradient_row: last_gradient_row as f32,
             occlusion_exponent: (volume.occlusion.step_length_mm(geometry) / unit) as f32,
             draw_exponent: (draw_step / unit) as f32,
             draw_step_mm: draw_step as f32,
@@ -128,9 +136,8 @@ impl VolumeUniform {
 /// Lower and upper bound of intensities with opacity in a table, as the texture gives them. At an end of the table with
 /// opacity there is no bound: the function is constant beyond it.
 fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -> Vec2 {
-    let has_opacity = |entry: &[f32; 4]| entry[3] > 0.0;
-    let first = table.entries.iter().position(has_opacity);
-    let last = table.entries.iter().rposition(has_opacity);
+    let first = table.largest_opacities().position(|opacity| opacity > 0.0);
+    let last = table.largest_opacities().rposition(|opacity| opacity > 0.0);
     let (Some(first), Some(last)) = (first, last) else {
         return Vec2::new(f32::MAX, f32::MIN);
     };
@@ -140,7 +147,7 @@ fn visible_intensities(table: &LookupTable, largest_stored: f64, density: f64) -
     let stored = |entry: f64| table.stored_range[0] + entry / density;
     let has_ends = density > 0.0;
     let from = (has_ends && first > 0).then(|| stored(first as f64 - 1.0) - MARGIN);
-    let to = (has_ends && last + 1 < table.entries.len()).then(|| stored(last as f64 + 1.0) + MARGIN);
+    let to = (has_ends && last + 1 < LookupTable::ENTRIES).then(|| stored(last as f64 + 1.0) + MARGIN);
     let intensity = |stored: f64| (stored / largest_stored) as f32;
     Vec2::new(from.map_or(f32::MIN, intensity), to.map_or(f32::MAX, intensity))
 }

@@ -1,7 +1,7 @@
 //! VTK's curves between the nodes of a function, as piecewise linear functions.
 
 use super::nodes::Node;
-use crate::volume::transfer_function::mix;
+use crate::volume::transfer_function_samples::mix;
 
 /// Linear pieces of a curve: within 2.3 % of its height, by comparison over all sharpnesses.
 const PIECES: u32 = 16;

@@ -1,6 +1,7 @@
 //! Piecewise linear functions, and their conversion to a transfer function.
 
-use crate::volume::transfer_function::{ControlPoint, GradientPoint, TransferFunction, mix};
+use crate::volume::transfer_function::{ControlPoint, GradientPoint, TransferFunction};
+use crate::volume::transfer_function_samples::between;
 
 /// A node of a piecewise linear function with `N` outputs.
 pub(super) type Node<const N: usize> = (f32, [f32; N]);
@@ -21,6 +22,7 @@ impl Functions {
             points: merge(&self.opacity, &self.color),
             opacity_unit_distance_mm: self.opacity_unit_distance_mm,
             gradient_opacity: self.gradient_opacity.iter().map(gradient_point).collect(),
+            at_gradients: Vec::new(),
         }
     }
 }
@@ -52,9 +54,6 @@ fn merge(opacities: &[Node<1>], colors: &[Node<3>]) -> Vec<ControlPoint> {
 fn evaluate<const N: usize>(nodes: &[Node<N>], value: f32, upper: bool) -> Option<[f32; N]> {
     let above = nodes.partition_point(|node| node.0 < value || (upper && node.0 == value));
     let below = above.checked_sub(1).and_then(|below| nodes.get(below));
-    match (below, nodes.get(above)) {
-        (Some(a), Some(b)) => Some(mix([a.0.into(), b.0.into()], [a.1, b.1], value.into())),
-        (Some(only), None) | (None, Some(only)) => Some(only.1),
-        (None, None) => None,
-    }
+    let place = |node: &Node<N>| (f64::from(node.0), node.1);
+    between(below.map(place), nodes.get(above).map(place), value.into())
 }

@@ -71,7 +71,7 @@ impl FromWorld for DirectPasses {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_direct",
                 shader: shader.clone(),
-                shader_defs: ["LIT"]
+                shader_defs: ["LIT", "BY_GRADIENT"]
                     .into_iter()
                     .chain(is_multisampled.then_some("MULTISAMPLED"))
                     .map(Into::into)

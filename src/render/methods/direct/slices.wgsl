@@ -8,11 +8,13 @@
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
+    classification::{classify, correct_opacity},
     clip_test::is_visible,
+    gradients::gradient_at,
     orientation::Cut,
     shading::shade,
     view_ray::{OPAQUE, ViewRay, view_ray},
-    volume_bindings::{classify_intensity, correct_opacity, edge_sampler, intensities, may_be_visible, volume},
+    volume_bindings::{edge_sampler, intensities, may_be_visible, volume},
     window::Window,
 }
 
@@ -71,7 +73,7 @@ fn sample_at(ray: ViewRay, along_mm: f32) -> vec4<f32> {
     if !may_be_visible(intensity) {
         return vec4(0.0);
     }
-    let sample = classify_intensity(intensity);
+    let sample = classify(intensity, gradient_at(p));
     if sample.a <= 0.0 || !is_visible(ray.near + along_mm * ray.direction, carvers_near(point)) {
         return vec4(0.0);
     }

@@ -67,6 +67,7 @@ impl FromWorld for SurfacePasses {
         let descriptor = PassDescriptor {
             name: "contextual_ao_volume_surface",
             shader: load_embedded_asset!(world, "volume_surface.wgsl"),
+            shader_defs: vec!["BY_GRADIENT".into()],
             before: vec![lit_layout()],
             own: &own,
             ..default()

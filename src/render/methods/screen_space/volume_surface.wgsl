@@ -6,12 +6,14 @@
 // the jitter of view rays shows no noise.
 
 #import bevy_contextual_ao::{
+    classification::{classify, correct_opacity},
+    gradients::gradient_at,
     next_run::{begin_march, intensity_at, is_visible_at, next_run},
     orientation::{inward_by_opacities, inward_from_face},
     runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
     view_ray::{OPAQUE, ViewRay, view_ray},
-    volume_bindings::{correct_opacity, opacity_of_intensity, volume},
+    volume_bindings::volume,
     window::Window,
 }
 
@@ -31,7 +33,7 @@ fn place_at(ray: ViewRay, along_mm: f32) -> vec3<f32> {
 
 // Whether the opacity at the point of a ray reaches the threshold.
 fn is_opaque_at(ray: ViewRay, along_mm: f32) -> bool {
-    let opacity = opacity_of_intensity(intensity_at(ray, along_mm));
+    let opacity = classify(intensity_at(ray, along_mm), gradient_at(place_at(ray, along_mm))).a;
     return correct_opacity(opacity, volume.draw_exponent) >= opacity_threshold;
 }
 

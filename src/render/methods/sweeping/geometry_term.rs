@@ -57,7 +57,7 @@ fn geometry_terms(normal: DVec3) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::volumes::store::METHOD_ROWS;
+    use crate::render::volumes::gpu_table::METHOD_ROWS;
     use core::f64::consts::{FRAC_PI_4, PI};
 
     fn normals() -> impl Iterator<Item = DVec3> {

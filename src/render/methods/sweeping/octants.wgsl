@@ -54,7 +54,7 @@ fn geometry_terms(normal: vec3<f32>) -> Octants {
     let cell = min(vec2<u32>(at), vec2(SIDE - 2u));
     let share = at - vec2<f32>(cell);
     let first = cell.y * SIDE + cell.x;
-    return Octants(table_at(1u, first, share), table_at(2u, first, share));
+    return Octants(table_at(0u, first, share), table_at(1u, first, share));
 }
 
 // Interpolates between the four normals around a place.

@@ -113,7 +113,7 @@ impl SweepResources {
         let kept = kept.filter(fits);
         let mut kept = kept.unwrap_or_else(|| {
             if settings.keeps_octants() {
-                volume.resources.write_table_rows(1, &geometry_term_table(), &gpu.queue);
+                volume.resources.lookup_table.write_method_rows(&geometry_term_table(), &gpu.queue);
             }
             Self::new(volume.dimensions(), &settings, &gpu.device)
         });

@@ -6,10 +6,12 @@
 #define_import_path bevy_contextual_ao::surface_ray
 
 #import bevy_contextual_ao::{
+    classification::classify,
+    gradients::gradient_at,
     next_run::{CUT_HALVINGS, is_visible_at},
     orientation::distance_from_surface,
     view_ray::{ViewRay, along_ray, samples_of},
-    volume_bindings::{classify_intensity, edge_sampler, intensities, may_be_visible, volume},
+    volume_bindings::{edge_sampler, intensities, may_be_visible, volume},
 }
 
 // Distances by fast sweeping are too long, most of all around a point. The true distance is more than this share of
@@ -56,6 +58,7 @@ fn surface_hit(ray: ViewRay) -> SurfaceHit {
         }
     }
     let p = ray.origin + inside_mm * ray.velocity;
-    let color = classify_intensity(textureSampleLevel(intensities, edge_sampler, p, 0.0).r).rgb;
+    let intensity = textureSampleLevel(intensities, edge_sampler, p, 0.0).r;
+    let color = classify(intensity, gradient_at(p)).rgb;
     return SurfaceHit(color, select(0.0, 1.0, i < count), p);
 }
