@@ -3,7 +3,9 @@
 use bevy::math::DVec3;
 use std::{fmt, str::FromStr};
 
-use super::{ControlPoint, TransferFunction, Volume, VolumeGeometry, percentiles::Percentiles};
+use super::{
+    ControlPoint, PointsAtGradient, TransferFunction, Volume, VolumeGeometry, percentiles::Percentiles,
+};
 
 /// A transfer function for a common examination, fitted to a volume.
 ///
@@ -21,7 +23,7 @@ pub enum Preset {
     /// Skin and flesh, translucent, over bones.
     CtSoftTissue,
     /// Vessels filled with contrast agent, red, and bones, ivory. Spongy bone is as dense as contrast agent, and
-    /// red as well.
+    /// red as well. Surfaces of bones pass through that density steeply, and are ivory.
     CtVessels,
     /// Lungs, airways and the vessels in them; the body around them is barely visible.
     CtLung,
@@ -57,8 +59,19 @@ impl Preset {
         let corners = VolumeGeometry::of(volume).corners();
         let diagonal = 2.0 * corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
         let unit = (diagonal / UNITS_IN_DIAGONAL) as f32;
-        let points = self.points().iter().map(point).collect();
-        TransferFunction::of_values(points, unit.clamp(f32::MIN_POSITIVE, f32::MAX))
+        let points = |points: &[Point]| points.iter().map(point).collect();
+        let function =
+            TransferFunction::of_values(points(self.points()), unit.clamp(f32::MIN_POSITIVE, f32::MAX));
+        // The length of a gradient in file units per mm.
+        let spacing_mm = f64::from(volume.spacing_mm().element_product()).cbrt();
+        let gradient =
+            |per_voxel: f64| (per_voxel * scale.unit / spacing_mm).clamp(0.0, f32::MAX.into()) as f32;
+        let steep = self.steep().map(|([from, to], steep)| PointsAtGradient {
+            from: gradient(from),
+            to: gradient(to),
+            points: points(steep),
+        });
+        TransferFunction { at_gradients: steep.into_iter().collect(), ..function }
     }
 
     fn points(self) -> &'static [Point] {
@@ -70,6 +83,11 @@ impl Preset {
             Self::MrHead => MR_HEAD,
             Self::MrAngiography => MR_ANGIOGRAPHY,
         }
+    }
+
+    /// Points for longer gradients, and the range of gradients in which they take over, per voxel.
+    fn steep(self) -> Option<([f64; 2], &'static [Point])> {
+        (self == Self::CtVessels).then_some((VESSELS_END, CT_VESSELS_STEEP))
     }
 
     /// Scale from the preset's values to file units.
@@ -144,7 +162,6 @@ const CT_SOFT_TISSUE: &[Point] = &[
     (1300.0, ENAMEL, 1.0),
 ];
 
-/// Blood is faint: a bone's surface passes through its values within a voxel, and must not look red.
 const CT_VESSELS: &[Point] = &[
     (130.0, BLOOD, 0.0),
     (210.0, BLOOD, 0.1),
@@ -154,6 +171,20 @@ const CT_VESSELS: &[Point] = &[
     (650.0, BONE, 0.95),
     (1500.0, ENAMEL, 1.0),
 ];
+
+/// A bone's surface passes through the values of blood within a voxel or two, and must not look red.
+const CT_VESSELS_STEEP: &[Point] = &[
+    (130.0, BONE_SURFACE, 0.0),
+    (210.0, BONE_SURFACE, 0.1),
+    (290.0, BONE_SURFACE, 0.22),
+    (370.0, BONE_SURFACE, 0.22),
+    (440.0, BONE, 0.4),
+    (650.0, BONE, 0.95),
+    (1500.0, ENAMEL, 1.0),
+];
+
+/// The surface of a vessel of 400 HU in flesh, as wide as a scanner makes it, has at most 160 HU per voxel.
+const VESSELS_END: [f64; 2] = [160.0, 240.0];
 
 const CT_LUNG: &[Point] = &[
     (-860.0, SKIN, 0.0),
