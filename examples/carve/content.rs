@@ -2,7 +2,7 @@
 
 use bevy_contextual_ao::prelude::*;
 
-use super::digits::significant;
+use super::{digits::significant, joint_histogram::JointHistogram};
 
 /// Number of bars of the histogram behind the transfer function.
 const HISTOGRAM_BARS: usize = 512;
@@ -19,6 +19,8 @@ pub struct Content {
     pub range: [f32; 2],
     /// Frequency of values, evenly spaced over the range: 0 to 1, logarithmic.
     pub histogram: Vec<f32>,
+    /// Frequency of values and their gradients.
+    pub gradients: JointHistogram,
 }
 
 impl Content {
@@ -30,6 +32,7 @@ impl Content {
             voxel_mm: volume.spacing_mm().min_element(),
             range: volume.range().map(|value| value as f32),
             histogram: histogram(volume),
+            gradients: JointHistogram::of(volume),
         }
     }
 }

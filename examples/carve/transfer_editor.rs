@@ -1,4 +1,5 @@
-//! Edits a transfer function: its points are dragged over the histogram of the volume.
+//! Edits a transfer function: its points are dragged over the histogram of the volume. Below, `gradient_editor` edits how
+//! it follows the gradient, and chooses the points to be dragged.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
@@ -7,7 +8,11 @@ use bevy_egui::egui::{
     Slider, Stroke, Ui, emath::RectTransform, pos2, vec2,
 };
 
-use super::{content::Content, digits::decimals};
+use super::{
+    content::Content,
+    digits::decimals,
+    gradient_editor::{self, GradientEditor},
+};
 
 const HEIGHT: f32 = 150.0;
 /// Distance from which points are caught, and the radius of their drawing, in points of the screen.
@@ -35,10 +40,39 @@ pub struct TransferEditor {
     view: Option<[f32; 2]>,
     selected: Option<usize>,
     is_dragging: bool,
+    gradients: GradientEditor,
 }
 
 /// Shows the editor and changes `function`, which always stays valid.
 pub fn show(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFunction, content: &Content) {
+    // The curve shows a function of the value alone.
+    let edited = editor.gradients.edited.filter(|&index| index < function.at_gradients.len());
+    editor.gradients.edited = edited;
+    let mut curve = TransferFunction {
+        points: edited.map_or(&function.points, |index| &function.at_gradients[index].points).clone(),
+        opacity_unit_distance_mm: function.opacity_unit_distance_mm,
+        ..default()
+    };
+    let view = show_curve(ui, editor, &mut curve, content);
+    let points = match edited {
+        Some(index) => &mut function.at_gradients[index].points,
+        None => &mut function.points,
+    };
+    *points = curve.points;
+    gradient_editor::show(ui, &mut editor.gradients, function, &content.gradients, content.range, view);
+    if editor.gradients.edited != edited {
+        editor.selected = None;
+    }
+    show_unit(ui, function, content);
+}
+
+/// Shows the curve over the values. Returns the shown range of values.
+fn show_curve(
+    ui: &mut Ui,
+    editor: &mut TransferEditor,
+    function: &mut TransferFunction,
+    content: &Content,
+) -> [f32; 2] {
     editor.selected = editor.selected.filter(|&index| index < function.points.len());
     let (response, painter) =
         ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
@@ -55,7 +89,7 @@ pub fn show(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFun
         }
     });
     show_selected(ui, editor, function, view);
-    show_unit(ui, function, content);
+    view
 }
 
 /// Maps values to the right and opacity upwards.

@@ -1,10 +1,7 @@
 //! Transfer functions by gradient: what they show, and what their occlusion is.
 
 use bevy::{math::DVec3, prelude::*};
-use bevy_contextual_ao::{
-    prelude::*,
-    volume::{GradientPoint, PointsAtGradient},
-};
+use bevy_contextual_ao::{prelude::*, render::VolumeTexture};
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
@@ -78,10 +75,11 @@ fn a_factor_is_a_factor() {
     };
     let mut scene = TestScene::new(volume, ramp(0.2), few_rays(), ShadingMode::Cao);
     scene.settle();
-    let (image, opacities) = (scene.headless.image(), scene.headless.voxels(scene.volume, OPACITIES));
+    let (image, opacities) =
+        (scene.headless.image(), scene.headless.voxels(scene.volume, VolumeTexture::Opacities));
     for function in [half(&[0.0]), half(&[3.0, 90.0])] {
         set_function(&mut scene, function);
-        let of_factor = scene.headless.voxels(scene.volume, OPACITIES);
+        let of_factor = scene.headless.voxels(scene.volume, VolumeTexture::Opacities);
         let largest = opacities.iter().zip(&of_factor).map(|(a, b)| a.abs_diff(*b)).max();
         assert!(largest <= Some(1), "opacities differ by {largest:?}");
         let largest = image.iter().zip(&scene.headless.image()).map(|(a, b)| a.abs_diff(*b)).max();
@@ -93,9 +91,6 @@ fn a_factor_is_a_factor() {
     set_function(&mut scene, one);
     assert_eq!(different_pixels(&image, &scene.headless.image()), 0);
 }
-
-const OPACITIES: bevy_contextual_ao::render::VolumeTexture =
-    bevy_contextual_ao::render::VolumeTexture::Opacities;
 
 /// Pixels much redder than green.
 fn red_pixels(scene: &TestScene) -> usize {
