@@ -66,6 +66,7 @@ impl Plugin for VolumeDrawingPlugin {
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
+            .add_render_command::<Transparent3d, phase::DrawFarSamples>()
             .add_systems(
                 RenderStartup,
                 init_gpu_resource::<pipeline::DrawPipeline>

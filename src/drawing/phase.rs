@@ -1,7 +1,11 @@
 //! Volumes among the transparent objects of a view, which Bevy draws from back to front.
 
 use bevy::{
-    core_pipeline::core_3d::{Transparent3d, TransparentSortingInfo3d},
+    core_pipeline::{
+        core_3d::{Transparent3d, TransparentSortingInfo3d},
+        deferred::{AlphaMask3dDeferred, Opaque3dDeferred},
+        prepass::{AlphaMask3dPrepass, Opaque3dPrepass},
+    },
     ecs::{
         query::ROQueryItem,
         system::{SystemParamItem, lifetimeless::SRes},
@@ -12,7 +16,7 @@ use bevy::{
     render::{
         render_phase::{
             DrawFunctions, PhaseItem, PhaseItemExtraIndex, RenderCommand, RenderCommandResult,
-            SetItemPipeline, TrackedRenderPass, ViewSortedRenderPhases,
+            SetItemPipeline, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
         },
         render_resource::{
             BindGroup, BindGroupEntry, BindingResource, BufferId, PipelineCache, SpecializedRenderPipelines,
@@ -50,6 +54,15 @@ pub(super) type DrawVolume =
 pub(super) type DrawCutOffRays =
     (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<true>);
 
+/// Draws the samples of pixels that `DrawVolume` leaves out at the outlines of opaque meshes.
+pub(super) type DrawFarSamples = (
+    SetItemPipeline,
+    SetMeshViewBindGroup<0>,
+    SetMeshViewBindingArrayBindGroup<1>,
+    SkipWithoutMeshes,
+    DrawBox<false>,
+);
+
 /// Adds volumes to the transparent objects of the views that show them.
 pub(super) fn queue_volumes(
     scene: Res<ExtractedScene>,
@@ -64,6 +77,7 @@ pub(super) fn queue_volumes(
 ) {
     let functions = functions.read();
     let (draws_box, draws_others) = (functions.id::<DrawVolume>(), functions.id::<DrawCutOffRays>());
+    let draws_far = functions.id::<DrawFarSamples>();
     for (entity, view, visible) in &views {
         let id = &view.retained_view_entity;
         let (Some(phase), Some(key_of_view)) = (phases.get_mut(id), keys.get(id)) else {
@@ -96,6 +110,9 @@ pub(super) fn queue_volumes(
             if let Some(others) = variant.of_the_others() {
                 // A phase has one item for each pair of entities.
                 draw(others, draws_others, entity);
+            }
+            if let Some(far) = variant.of_far_samples(*key_of_view) {
+                draw(far, draws_far, volume.entity.id());
             }
         }
     }
@@ -147,6 +164,35 @@ pub(super) fn bind_volumes(
             Some((volume.drawn_on?, (volume.entity, group)))
         })();
         by_box.extend(bound);
+    }
+}
+
+/// Goes on drawing an item if the view has opaque meshes.
+pub(super) struct SkipWithoutMeshes;
+
+impl<P: PhaseItem> RenderCommand<P> for SkipWithoutMeshes {
+    type Param = (
+        SRes<ViewBinnedRenderPhases<Opaque3dPrepass>>,
+        SRes<ViewBinnedRenderPhases<AlphaMask3dPrepass>>,
+        SRes<ViewBinnedRenderPhases<Opaque3dDeferred>>,
+        SRes<ViewBinnedRenderPhases<AlphaMask3dDeferred>>,
+    );
+    type ViewQuery = &'static ExtractedView;
+    type ItemQuery = ();
+
+    fn render<'w>(
+        _: &P,
+        view: ROQueryItem<'w, '_, Self::ViewQuery>,
+        _: Option<()>,
+        (opaque, masked, deferred, masked_deferred): SystemParamItem<'w, '_, Self::Param>,
+        _: &mut TrackedRenderPass<'w>,
+    ) -> RenderCommandResult {
+        let view = &view.retained_view_entity;
+        let has_meshes = opaque.get(view).is_some_and(|phase| !phase.is_empty())
+            || masked.get(view).is_some_and(|phase| !phase.is_empty())
+            || deferred.get(view).is_some_and(|phase| !phase.is_empty())
+            || masked_deferred.get(view).is_some_and(|phase| !phase.is_empty());
+        if has_meshes { RenderCommandResult::Success } else { RenderCommandResult::Skip }
     }
 }
 

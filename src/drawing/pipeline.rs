@@ -49,6 +49,18 @@ pub(super) struct DrawVariant {
     is_lit: bool,
     by_gradient: bool,
     pub rays: RaysDrawn,
+    pub samples: SamplesDrawn,
+}
+
+/// The samples of multisampled pixels that a pipeline draws. An opaque mesh may hide some samples of a pixel, or end
+/// their rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) enum SamplesDrawn {
+    /// All samples of a pixel, but for those that `Far` draws.
+    #[default]
+    Near,
+    /// Samples with a mesh much farther away than that of others.
+    Far,
 }
 
 /// The view rays that a pipeline draws.
@@ -82,6 +94,7 @@ impl DrawVariant {
             is_lit: shading.lighting != VolumeLighting::Unlit,
             by_gradient,
             // Runs end where they would be opaque, but modulated ones are not.
+            samples: default(),
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
         }
     }
@@ -90,6 +103,14 @@ impl DrawVariant {
     pub fn of_the_others(self) -> Option<Self> {
         let leaves_out = self.rays == RaysDrawn::Stored && !self.is_isosurface;
         leaves_out.then_some(Self { rays: RaysDrawn::CutOff, ..self })
+    }
+
+    /// The variant that draws the samples that this one leaves out in views of this kind, if any.
+    pub fn of_far_samples(self, view: MeshPipelineKey) -> Option<Self> {
+        let has_samples = view.msaa_samples() > 1 && view.contains(MeshPipelineKey::DEPTH_PREPASS);
+        // Rays without room for runs are few, and drawn at once.
+        let rays = if self.is_isosurface { self.rays } else { RaysDrawn::All };
+        has_samples.then_some(Self { samples: SamplesDrawn::Far, rays, ..self })
     }
 }
 
@@ -139,7 +160,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
         let lit = variant.is_lit.then_some("LIT");
         let by_gradient = variant.by_gradient.then_some("BY_GRADIENT");
-        let named = [variant.texels, isosurface, lit, by_gradient].into_iter().flatten();
+        let far = (variant.samples == SamplesDrawn::Far).then_some("FAR_SAMPLES");
+        let named = [variant.texels, isosurface, lit, by_gradient, far].into_iter().flatten();
         let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
         let own = groups.into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
@@ -188,8 +210,11 @@ pub(super) fn find_ready(
         return;
     };
     for (variant, are_there) in variants.iter_mut() {
-        let variants = || [*variant].into_iter().chain(variant.of_the_others());
-        let keys = views.values().flat_map(|view| variants().map(|variant| (*view, variant)));
+        let of_view = |view: MeshPipelineKey| {
+            let others = [variant.of_the_others(), variant.of_far_samples(view)].into_iter().flatten();
+            others.chain([*variant]).map(move |variant| (view, variant))
+        };
+        let keys = views.values().flat_map(|view| of_view(*view));
         *are_there = variants_are_ready(&*base, &mut pipelines, keys, &cache);
     }
 }

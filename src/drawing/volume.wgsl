@@ -2,7 +2,8 @@
 // (`runs`). Slices are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong (`shading`).
 //
 // Drawn on the back faces of the volume's box, so that the camera may be inside the box. A ray ends
-// at opaque geometry, by the depth of the prepass.
+// at opaque geometry, by the depth of the prepass. The samples of a multisampled pixel have one ray. Where it ends much
+// farther away for some of them, at the outline of a mesh, two draws share the samples: FAR_SAMPLES draws those.
 
 #import bevy_pbr::{
     mesh_view_bindings::view,
@@ -10,6 +11,9 @@
 }
 #ifdef DEPTH_PREPASS
 #import bevy_pbr::prepass_utils::prepass_depth
+#ifdef MULTISAMPLED
+#import bevy_pbr::mesh_view_bindings::depth_prepass_texture
+#endif
 #endif
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
@@ -187,17 +191,70 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return marched_view.clip_from_local * local;
 }
 
+#ifdef DEPTH_PREPASS
+// Where a ray ends for a sample of its pixel, mm from `near`.
+fn end_of_sample(ray: ViewRay, position: vec4<f32>, sample_index: u32) -> f32 {
+    let depth = prepass_depth(position, sample_index);
+    let opaque_world = position_ndc_to_world(vec3(frag_coord_to_ndc(position).xy, depth));
+    let opaque_local = (volume.local_from_world * vec4(opaque_world, 1.0)).xyz;
+    let opaque_mm = dot(opaque_local - ray.near, ray.direction);
+    // Depth is reversed: 0 is infinitely far, and no world position.
+    return select(min(ray.end_mm, opaque_mm), ray.end_mm, depth <= 0.0);
+}
+#endif
+
+// Samples of a pixel that are drawn together, as a mask, and where their ray ends.
+struct Samples {
+    mask: u32,
+    end_mm: f32,
+}
+
+fn samples_of_pixel(ray: ViewRay, position: vec4<f32>) -> Samples {
+#ifdef DEPTH_PREPASS
+#ifdef MULTISAMPLED
+    let count = u32(textureNumSamples(depth_prepass_texture));
+    var nearest = ray.end_mm;
+    var farthest = ray.begin_mm;
+    for (var k = 0u; k < count; k += 1u) {
+        let end_mm = max(end_of_sample(ray, position, k), ray.begin_mm);
+        nearest = min(nearest, end_mm);
+        farthest = max(farthest, end_mm);
+    }
+    let middle = 0.5 * (nearest + farthest);
+    let is_split = farthest - nearest > 0.5 * volume.draw_step_mm;
+    var far = 0u;
+    for (var k = 0u; k < count; k += 1u) {
+        far |= u32(is_split && end_of_sample(ray, position, k) > middle) << k;
+    }
+#ifdef FAR_SAMPLES
+    return Samples(far, farthest);
+#else
+    return Samples(~far, select(middle, nearest, is_split));
+#endif
+#else
+    return Samples(~0u, end_of_sample(ray, position, 0u));
+#endif
+#else
+    return Samples(~0u, ray.end_mm);
+#endif
+}
+
+struct FragmentOutput {
+    @location(0) color: vec4<f32>,
+#ifdef MULTISAMPLED
+    @builtin(sample_mask) samples: u32,
+#endif
+}
+
 @fragment
-fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     let window = marched_view.window;
     var ray = view_ray(position.xy, window.viewport, window.view_from_clip, window.world_from_view);
-#ifdef DEPTH_PREPASS
-    let depth = prepass_depth(position, 0u);
-    // Depth is reversed: 0 is infinitely far, and no world position.
-    if depth > 0.0 {
-        let opaque_world = position_ndc_to_world(vec3(frag_coord_to_ndc(position).xy, depth));
-        let opaque_local = (volume.local_from_world * vec4(opaque_world, 1.0)).xyz;
-        ray.end_mm = min(ray.end_mm, dot(opaque_local - ray.near, ray.direction));
+    let samples = samples_of_pixel(ray, position);
+    ray.end_mm = samples.end_mm;
+#ifdef FAR_SAMPLES
+    if samples.mask == 0u {
+        discard;
     }
 #endif
 #ifdef ISOSURFACE
@@ -242,5 +299,9 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let mapped = tone_mapping(vec4(pixel.color / pixel.alpha, 1.0), view.color_grading).rgb;
     pixel.color = mapped * pixel.alpha;
 #endif
-    return vec4(pixel.color, pixel.alpha);
+#ifdef MULTISAMPLED
+    return FragmentOutput(vec4(pixel.color, pixel.alpha), samples.mask);
+#else
+    return FragmentOutput(vec4(pixel.color, pixel.alpha));
+#endif
 }

@@ -48,7 +48,7 @@ fn check(name: &str, clip_mesh: ClipMesh, pose: Transform) {
     let (mut differences, mut faces) = (Vec::new(), DVec3::ZERO);
     for index in 0..IMAGE.element_product() {
         let pixel = UVec2::new(index % IMAGE.x, index / IMAGE.x);
-        let (origin, direction) = view.ray(pixel);
+        let (origin, direction) = view.ray(pixel.as_dvec2() + 0.5);
         let origin = origin / f64::from(WORLD_UNITS_PER_MM);
         let (p, d) = (from_world.transform_point3(origin), from_world.transform_vector3(direction));
         let Some([entry, exit]) = in_box(p, d, HALF) else { continue };

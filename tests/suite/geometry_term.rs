@@ -202,7 +202,7 @@ fn an_isosurface_is_lit_by_the_integrated_cosine() {
     // Swept distances are of first order: their gradient is off by a degree or two. Under a single octant that is
     // up to 1.98 bytes on average, on three drivers.
     check(SweepingSurface::Isosurface(ISOVALUE), [2.0, 9.0], |light, volume, _, view, pixel| {
-        let (origin, direction) = view.ray(pixel);
+        let (origin, direction) = view.ray(pixel.as_dvec2() + 0.5);
         let origin = origin / f64::from(WORLD_UNITS_PER_MM);
         let nearest = -origin.dot(direction);
         let half = (RADIUS * RADIUS - (origin + nearest * direction).length_squared()).sqrt();

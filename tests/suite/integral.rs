@@ -69,9 +69,9 @@ impl View {
         Self { view_from_clip: clip_from_view.as_dmat4().inverse(), world_from_view: place.as_dmat4(), size }
     }
 
-    /// The ray through a pixel's centre: where it starts on the near plane, and its direction, in the world.
-    pub fn ray(&self, pixel: UVec2) -> (DVec3, DVec3) {
-        let place = (pixel.as_dvec2() + 0.5) / self.size.as_dvec2();
+    /// The ray through a place, pixels: where it starts on the near plane, and its direction, in the world.
+    pub fn ray(&self, at: DVec2) -> (DVec3, DVec3) {
+        let place = at / self.size.as_dvec2();
         let ndc = DVec2::new(2.0 * place.x - 1.0, 1.0 - 2.0 * place.y);
         let at = |depth| {
             self.world_from_view.transform_point3(self.view_from_clip.project_point3(ndc.extend(depth)))
@@ -80,9 +80,9 @@ impl View {
         (at(1.0), (at(0.5) - at(1.0)).normalize())
     }
 
-    /// Whether a pixel's ray meets an opaque surface.
-    pub fn meets(&self, pixel: UVec2, opaque: &dyn Fn(DVec3, DVec3) -> f64) -> bool {
-        let (origin, direction) = self.ray(pixel);
+    /// Whether the ray through a place, pixels, meets an opaque surface.
+    pub fn meets(&self, at: DVec2, opaque: &dyn Fn(DVec3, DVec3) -> f64) -> bool {
+        let (origin, direction) = self.ray(at);
         opaque(origin / f64::from(WORLD_UNITS_PER_MM), direction).is_finite()
     }
 }
@@ -133,8 +133,13 @@ impl Integral<'_> {
 
     /// The volume's part of a pixel in a view.
     pub fn pixel(&self, view: &View, pixel: UVec2) -> Pixel {
+        self.pixel_at(view, pixel.as_dvec2() + 0.5)
+    }
+
+    /// The same by the ray through a place, pixels.
+    pub fn pixel_at(&self, view: &View, at: DVec2) -> Pixel {
         let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
-        let (origin, direction) = view.ray(pixel);
+        let (origin, direction) = view.ray(at);
         let local_from_world = self.world_from_local.inverse();
         let voxel_from_local = self.geometry.local_from_voxel.inverse();
         let local =

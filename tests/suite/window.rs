@@ -17,7 +17,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::scene::{folded_volume, is_empty};
+use crate::scene::{folded_volume, is_empty, volume_from};
 use contextual_ao_kit::headless::Headless;
 
 /// Modules of the `carve` example, as its own main file has them.
@@ -30,6 +30,7 @@ mod carve {
     pub mod content;
     pub mod digits;
     pub mod dropping;
+    pub mod joint_histogram;
     pub mod loading;
     pub mod picture;
     pub mod view;
@@ -48,6 +49,7 @@ use carve::{
     Arguments,
     digits::{decimals, significant},
     dropping::{CannotOpen, DroppingPlugin, FileKind, OpenFile},
+    joint_histogram::{COLUMNS, JointHistogram, ROWS},
     loading::{FunctionSource, LoadingPlugin, Shown},
     picture::save_numbered,
     view,
@@ -320,4 +322,20 @@ fn drops_ask_for_files_or_tell_why_not() {
     let open = |path: &str, kind| Ok(OpenFile { path: path.into(), kind });
     assert_eq!(asked[..2], [open("a.nii", FileKind::Volume), open("b.vp", FileKind::TransferFunction)]);
     assert!(asked.len() == 3 && asked[2].is_err(), "{asked:?}");
+}
+
+#[test]
+fn the_joint_histogram_has_values_and_their_gradients() {
+    // Half of the volume is a ramp of 6 values per voxel of 2 mm, the other half is even.
+    let ramp = |p: DVec3| 0.5 + (p.x * 16.0 - 0.5) * 6.0 / 255.0;
+    let volume =
+        volume_from(UVec3::new(32, 8, 8), DVec3::splat(2.0), |p| if p.x < 0.0 { 0.5 } else { ramp(p) });
+    let histogram = JointHistogram::of(&volume);
+    assert!((histogram.last_gradient - 3.0).abs() < 0.3, "{}", histogram.last_gradient);
+    let row = |row: usize| &histogram.frequencies[row * COLUMNS..(row + 1) * COLUMNS];
+    let shown = |row: &[f32]| row.iter().filter(|frequency| **frequency > 0.0).count();
+    assert_eq!((shown(row(0)), row(0)[0]), (1, 1.0), "the even half has one value, and is most frequent");
+    let steep = (2 * ROWS / 3..ROWS).map(|steep| shown(row(steep))).sum::<usize>();
+    assert!(steep >= 12, "the ramp has {steep} values");
+    assert!((2..ROWS / 3).all(|between| shown(row(between)) <= 1), "only the kink lies between");
 }
