@@ -98,10 +98,10 @@ impl VolumeSize {
     const MAX_BYTES_PER_BRICK: u64 = 24;
     /// Bytes per superbrick of 4x4x4 bricks: its state, and its places in two lists.
     const BYTES_PER_SUPERBRICK: u64 = 20;
-    /// Bytes of the lookup table (five rows), of the counts of opaque entries before each entry, and of the list
+    /// Bytes of the lookup table (six rows), of the counts of opaque entries before each entry, and of the list
     /// heads.
     const BYTES_OF_TABLES: u64 =
-        5 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
+        6 * 16 * LookupTable::ENTRIES as u64 + 4 * (LookupTable::ENTRIES as u64 + 1) + 3 * 32;
 }
 
 /// A volume that does not fit, with the dimensions that would fit.

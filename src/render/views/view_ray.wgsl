@@ -2,7 +2,7 @@
 
 #define_import_path bevy_contextual_ao::view_ray
 
-#import bevy_contextual_ao::volume_bindings::volume
+#import bevy_contextual_ao::volume_bindings::{lookup_table, volume}
 
 // A ray is finished at this accumulated opacity.
 const OPAQUE: f32 = 0.99;
@@ -26,9 +26,14 @@ struct ViewRay {
     offset: f32,
 }
 
-// Interleaved gradient noise (Jimenez 2014), [0, 1).
+// Row of the lookup table with a tile of blue noise, and pixels along each side of the tile.
+const NOISE_ROW: u32 = 2u;
+const NOISE_SIDE: u32 = 64u;
+
+// Blue noise (`blue_noise.rs`), (0, 1).
 fn noise(pixel: vec2<f32>) -> f32 {
-    return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    let place = vec2<u32>(pixel) % NOISE_SIDE;
+    return textureLoad(lookup_table, vec2(place.y * NOISE_SIDE + place.x, NOISE_ROW), 0).r;
 }
 
 // The ray through the centre of a pixel.
@@ -66,7 +71,7 @@ fn view_ray(
     ray.end_mm = min(exits.x, min(exits.y, exits.z));
     ray.near_depth = -near_view.z;
     ray.depth_per_mm = -direction_view.z / length(along);
-    ray.offset = mix(0.5, noise(floor(pixel)), volume.jitter_share);
+    ray.offset = mix(0.5, noise(pixel), volume.jitter_share);
     return ray;
 }
 

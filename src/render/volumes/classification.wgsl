@@ -7,8 +7,8 @@
 
 #import bevy_contextual_ao::volume_bindings::{lookup_entry, lookup_table, volume}
 
-// Rows of the occlusion method come first.
-const METHOD_ROWS: u32 = 2u;
+// Rows of the occlusion method and of noise come first.
+const ROWS_BEFORE: u32 = 3u;
 // Kinds of row: colour and opacity per unit distance; extinction per opacity unit distance; opacity of an occlusion step.
 const COLORS: u32 = 0u;
 const EXTINCTIONS: u32 = 1u;
@@ -17,7 +17,7 @@ const KINDS: u32 = 3u;
 
 // An entry of a kind of row for a gradient, which is a number of rows.
 fn table_entry(entry: u32, kind: u32, gradient: f32) -> vec4<f32> {
-    let row = METHOD_ROWS + KINDS * u32(gradient) + kind;
+    let row = ROWS_BEFORE + KINDS * u32(gradient) + kind;
     let below = textureLoad(lookup_table, vec2(entry, row), 0);
 #ifdef BY_GRADIENT
     let next = select(row, row + KINDS, gradient < volume.last_gradient_row);

@@ -11,13 +11,18 @@ use bevy::{
     },
 };
 
-use super::preintegration::{self, StepLengths};
+use super::{
+    blue_noise,
+    preintegration::{self, StepLengths},
+};
 use crate::{render::gpu::textures::TextureAndView, volume::LookupTable};
 
 /// Number of rows for a table of the occlusion method. They are the first.
 pub(crate) const METHOD_ROWS: u32 = 2;
+/// Number of rows before those of the transfer function. The last one has noise.
+const ROWS_BEFORE: u32 = METHOD_ROWS + 1;
 
-/// The texture: [`METHOD_ROWS`], then [`preintegration::ROWS`] for each gradient of the table.
+/// The texture: [`METHOD_ROWS`], a row of noise, then [`preintegration::ROWS`] for each gradient of the table.
 pub(crate) struct GpuTable {
     pub texture: TextureAndView,
     /// The table's revision and the lengths of steps that were uploaded.
@@ -37,12 +42,15 @@ impl GpuTable {
 
     /// Uploads a volume's table if it changed, or the lengths of steps did. Returns whether it did.
     pub fn upload(&mut self, table: &LookupTable, steps: StepLengths, queue: &RenderQueue) -> bool {
+        if self.uploaded.is_none() {
+            self.write(METHOD_ROWS, &blue_noise::row(), queue);
+        }
         let is_new = self.uploaded.replace((table.revision, steps)) != Some((table.revision, steps));
         if is_new {
             let of_gradients = table.entries.chunks(LookupTable::ENTRIES);
             let rows: Vec<_> =
                 of_gradients.flat_map(|entries| preintegration::rows(entries, steps)).collect();
-            self.write(METHOD_ROWS, &rows, queue);
+            self.write(ROWS_BEFORE, &rows, queue);
         }
         is_new
     }
@@ -69,7 +77,7 @@ impl GpuTable {
 
 /// Number of rows of a table's texture.
 fn height(table: &LookupTable) -> u32 {
-    METHOD_ROWS + preintegration::ROWS * table.rows()
+    ROWS_BEFORE + preintegration::ROWS * table.rows()
 }
 
 fn texture(height: u32, device: &RenderDevice) -> TextureAndView {

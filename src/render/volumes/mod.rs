@@ -1,6 +1,7 @@
 //! GPU resources of a volume that stay, and their bindings.
 
 pub(super) mod bindings;
+mod blue_noise;
 pub(super) mod bricks;
 pub(super) mod carver_uniform;
 pub(super) mod clip_pass;
