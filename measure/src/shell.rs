@@ -203,15 +203,25 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
     Ok(Measured { times, work, clipped })
 }
 
-/// Measures the scene of `benches/peers` by each filter in each mode.
+/// Samples of a pixel, and rays of a pixel at an outline, with which the scene is measured by the default filter.
+const PEER_SAMPLES: [(Msaa, u32); 3] = [(Msaa::Sample4, 1), (Msaa::Sample4, 4), (Msaa::Sample4, 8)];
+
+/// Measures the scene of `benches/peers` by each filter in each mode, and with smooth outlines.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut stage = beside_peers(PEER_IMAGE, options)?;
-    for (filter, mode) in peer_cases() {
+    let filters = peer_cases().map(|(filter, mode)| (filter, mode, (Msaa::Off, 1)));
+    let sampled = PEER_SAMPLES
+        .into_iter()
+        .flat_map(|samples| PEER_MODES.map(|mode| (Reconstruction::default(), mode, samples)));
+    for (filter, mode, (msaa, outline_rays)) in filters.chain(sampled) {
         stage.set_reconstruction(filter);
+        stage.set_samples(msaa, outline_rays);
         let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({
             "mode": mode.name(),
             "reconstruction": filter.name(),
+            "msaa": msaa.samples(),
+            "outline_rays": outline_rays,
             "frames": options.frames,
             "recast_voxels": work.voxels,
             "samples": work.samples,

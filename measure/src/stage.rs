@@ -120,6 +120,16 @@ impl Stage {
         }
     }
 
+    /// Sets the samples of a pixel, and its rays at an outline.
+    pub fn set_samples(&mut self, msaa: Msaa, outline_rays: u32) {
+        let (camera, volume) = (self.scene.camera, self.scene.volume);
+        let world = self.world();
+        world.entity_mut(camera).insert(msaa);
+        if let Some(mut shading) = world.get_mut::<VolumeShading>(volume) {
+            shading.outline_rays = outline_rays;
+        }
+    }
+
     /// Changes the optimizations.
     pub fn set_optimizations(&mut self, optimizations: Optimizations) {
         self.world().insert_resource(optimizations);

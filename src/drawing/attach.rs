@@ -59,8 +59,9 @@ pub(super) fn attach_boxes(
         // The computed and the drawn occlusion change in the same frame.
         let are_there = methods.are_there_for(&fitted.occlusion.method)
             & variants.are_there_for(DrawVariant::of(&fitted.occlusion, shading, by_gradient));
-        let VolumeShading { reconstruction, lighting, .. } = *shading;
-        let new = || ShownOcclusion { fitted: fitted.clone(), reconstruction, lighting, by_gradient };
+        let VolumeShading { reconstruction, lighting, outline_rays, .. } = *shading;
+        let fitted = fitted.clone();
+        let new = || ShownOcclusion { fitted, reconstruction, lighting, by_gradient, outline_rays };
         match shown {
             Some(mut shown) if are_there || !in_background.0 => {
                 shown.set_if_neq(new());

@@ -67,6 +67,7 @@ impl Plugin for VolumeDrawingPlugin {
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
             .add_render_command::<Transparent3d, phase::DrawFarSamples>()
+            .add_render_command::<Transparent3d, phase::DrawOutlines>()
             .add_systems(
                 RenderStartup,
                 init_gpu_resource::<pipeline::DrawPipeline>

@@ -28,7 +28,9 @@ use bevy::{
     },
 };
 
-use super::pipeline::{DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, VIEW_BINDING, VOLUME_BIND_GROUP};
+use super::pipeline::{
+    DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP,
+};
 use crate::render::{
     BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Formats, KeptGroup, MarchedViewUniform,
     MethodPipelines, RUNS_BINDING, ViewArray, VolumeRuns, VolumeStore, shows, volumes::layouts,
@@ -44,15 +46,15 @@ pub(super) struct DrawnVolumes {
 
 /// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, the
 /// lookup table, and what the method makes.
-type Bound = ([BufferId; 3], [TextureViewId; 4]);
+type Bound = ([BufferId; 4], [TextureViewId; 4]);
 
 /// Draws a volume in a view.
 pub(super) type DrawVolume =
-    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<false>);
+    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<ALL_RAYS>);
 
 /// Draws the view rays that `DrawVolume` leaves out, if there are any.
 pub(super) type DrawCutOffRays =
-    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<true>);
+    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<CUT_OFF_RAYS>);
 
 /// Draws the samples of pixels that `DrawVolume` leaves out at the outlines of opaque meshes.
 pub(super) type DrawFarSamples = (
@@ -60,8 +62,12 @@ pub(super) type DrawFarSamples = (
     SetMeshViewBindGroup<0>,
     SetMeshViewBindingArrayBindGroup<1>,
     SkipWithoutMeshes,
-    DrawBox<false>,
+    DrawBox<ALL_RAYS>,
 );
+
+/// Draws the pixels at outlines.
+pub(super) type DrawOutlines =
+    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<OUTLINE_RAYS>);
 
 /// Adds volumes to the transparent objects of the views that show them.
 pub(super) fn queue_volumes(
@@ -72,13 +78,13 @@ pub(super) fn queue_volumes(
     mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
     cache: Res<PipelineCache>,
     keys: Res<ViewKeyCache>,
-    views: Query<(Entity, &ExtractedView, &RenderVisibleEntities)>,
+    views: Query<(&ExtractedView, &RenderVisibleEntities)>,
     mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
 ) {
     let functions = functions.read();
     let (draws_box, draws_others) = (functions.id::<DrawVolume>(), functions.id::<DrawCutOffRays>());
-    let draws_far = functions.id::<DrawFarSamples>();
-    for (entity, view, visible) in &views {
+    let (draws_far, draws_outlines) = (functions.id::<DrawFarSamples>(), functions.id::<DrawOutlines>());
+    for (view, visible) in &views {
         let id = &view.retained_view_entity;
         let (Some(phase), Some(key_of_view)) = (phases.get_mut(id), keys.get(id)) else {
             continue;
@@ -91,7 +97,11 @@ pub(super) fn queue_volumes(
                 continue;
             }
             let variant = DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient);
-            let mut draw = |variant, draw_function, key| {
+            // A phase has one item for each pair of entities. No entity of the render world has such a number.
+            let mut number = u32::MAX;
+            let mut draw = |variant, draw_function| {
+                number -= 1;
+                let key = Entity::from_raw_u32(number).unwrap_or(Entity::PLACEHOLDER);
                 phase.add_transient(Transparent3d {
                     sorting_info: TransparentSortingInfo3d::Sorted {
                         mesh_center: volume.world_from_local.translation.into(),
@@ -106,13 +116,15 @@ pub(super) fn queue_volumes(
                     indexed: false,
                 });
             };
-            draw(variant, draws_box, Entity::PLACEHOLDER);
+            draw(variant, draws_box);
             if let Some(others) = variant.of_the_others() {
-                // A phase has one item for each pair of entities.
-                draw(others, draws_others, entity);
+                draw(others, draws_others);
             }
             if let Some(far) = variant.of_far_samples(*key_of_view) {
-                draw(far, draws_far, volume.entity.id());
+                draw(far, draws_far);
+            }
+            if let Some(outlines) = variant.of_outlines(*key_of_view) {
+                draw(outlines, draws_outlines);
             }
         }
     }
@@ -139,9 +151,9 @@ pub(super) fn bind_volumes(
     for volume in &scene.volumes {
         let bound = (|| {
             let resources = store.0.get(&volume.entity)?;
-            let [views, runs] = runs.of(volume.entity)?.buffers()?;
+            let [views, runs, outlines] = runs.of(volume.entity)?.buffers()?;
             let (orientations, occlusion) = (resources.orientations(), &resources.occlusion.view);
-            let buffers = [views, runs, resources.uniform.buffer()?].map(|buffer| buffer.id());
+            let buffers = [views, runs, outlines, resources.uniform.buffer()?].map(|buffer| buffer.id());
             let table = &resources.lookup_table.texture.view;
             let textures = [&clip.depth.view, table, orientations, occlusion].map(|view| view.id());
             let group = kept.of(volume.entity).of((buffers, textures), || {
@@ -152,6 +164,7 @@ pub(super) fn bind_volumes(
                     (ORIENTATIONS, BindingResource::TextureView(orientations)),
                     (OCCLUSION, BindingResource::TextureView(occlusion)),
                     (RUNS_BINDING, runs.as_entire_binding()),
+                    (OUTLINES, outlines.as_entire_binding()),
                     (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),
                 ];
                 let entries: Vec<_> = shared
@@ -196,10 +209,16 @@ impl<P: PhaseItem> RenderCommand<P> for SkipWithoutMeshes {
     }
 }
 
-/// Draws the box of a volume, bound in a view: at once, or as `march` says in its arguments.
-pub(super) struct DrawBox<const INDIRECT: bool>;
+/// Rays that a box is drawn for: those of pixels; those of pixels without room for runs, if there are any, as `march` says
+/// in the draw's arguments; those of outlines.
+const ALL_RAYS: u8 = 0;
+const CUT_OFF_RAYS: u8 = 1;
+const OUTLINE_RAYS: u8 = 2;
 
-impl<P: PhaseItem, const INDIRECT: bool> RenderCommand<P> for DrawBox<INDIRECT> {
+/// Draws the box of a volume, bound in a view.
+pub(super) struct DrawBox<const RAYS: u8>;
+
+impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
     type Param = (SRes<DrawnVolumes>, SRes<VolumeRuns>);
     type ViewQuery = Entity;
     type ItemQuery = ();
@@ -216,11 +235,12 @@ impl<P: PhaseItem, const INDIRECT: bool> RenderCommand<P> for DrawBox<INDIRECT> 
         let Some((group, runs)) = runs else {
             return RenderCommandResult::Skip;
         };
-        let Some(offset) = runs.offset_of(view) else {
+        let offset = if RAYS == OUTLINE_RAYS { runs.offset_of_outlines(view) } else { runs.offset_of(view) };
+        let Some(offset) = offset else {
             return RenderCommandResult::Skip;
         };
         pass.set_bind_group(VOLUME_BIND_GROUP, group, &[offset]);
-        if !INDIRECT {
+        if RAYS != CUT_OFF_RAYS {
             pass.draw(0..BOX_VERTICES, 0..1);
         } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {
             pass.draw_indirect(arguments, offset);

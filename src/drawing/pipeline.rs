@@ -29,6 +29,8 @@ pub(super) const VOLUME_BIND_GROUP: usize = 2;
 pub(super) const ORIENTATIONS: u32 = 9;
 pub(super) const OCCLUSION: u32 = 10;
 pub(super) const VIEW_BINDING: u32 = 12;
+/// Binding of the lists of pixels at outlines.
+pub(super) const OUTLINES: u32 = 13;
 
 /// Makes the pipelines.
 #[derive(Resource)]
@@ -48,6 +50,7 @@ pub(super) struct DrawVariant {
     reconstruction: Reconstruction,
     is_lit: bool,
     by_gradient: bool,
+    smooths_outlines: bool,
     pub rays: RaysDrawn,
     pub samples: SamplesDrawn,
 }
@@ -61,6 +64,18 @@ pub(super) enum SamplesDrawn {
     Near,
     /// Samples with a mesh much farther away than that of others.
     Far,
+    /// All samples of listed pixels at outlines, each pixel by several rays.
+    Outlines,
+}
+
+impl SamplesDrawn {
+    fn shader_def(self) -> Option<&'static str> {
+        match self {
+            Self::Near => None,
+            Self::Far => Some("FAR_SAMPLES"),
+            Self::Outlines => Some("OUTLINES"),
+        }
+    }
 }
 
 /// The view rays that a pipeline draws.
@@ -87,14 +102,16 @@ impl RaysDrawn {
 impl DrawVariant {
     pub fn of(occlusion: &AmbientOcclusion, shading: &VolumeShading, by_gradient: bool) -> Self {
         let texels = occlusion.texels();
+        let draws_surface = occlusion.method.settings().drawing().draws_surface;
         Self {
             texels: texels.shader_def(),
-            is_isosurface: occlusion.method.settings().drawing().draws_surface,
+            is_isosurface: draws_surface,
             reconstruction: shading.reconstruction,
             is_lit: shading.lighting != VolumeLighting::Unlit,
             by_gradient,
-            // Runs end where they would be opaque, but modulated ones are not.
+            smooths_outlines: shading.drawn_outline_rays() > 0 && !draws_surface,
             samples: default(),
+            // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
         }
     }
@@ -111,6 +128,12 @@ impl DrawVariant {
         // Rays without room for runs are few, and drawn at once.
         let rays = if self.is_isosurface { self.rays } else { RaysDrawn::All };
         has_samples.then_some(Self { samples: SamplesDrawn::Far, rays, ..self })
+    }
+
+    /// The variant that draws smooth outlines in views of this kind, if there are any.
+    pub fn of_outlines(self, view: MeshPipelineKey) -> Option<Self> {
+        let has_outlines = view.msaa_samples() > 1 && self.smooths_outlines;
+        has_outlines.then_some(Self { samples: SamplesDrawn::Outlines, ..self })
     }
 }
 
@@ -137,6 +160,7 @@ fn layout_entries() -> Vec<BindGroupLayoutEntry> {
     // The vertices are those of the volume's box in a view.
     let view = uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, ShaderStages::VERTEX_FRAGMENT);
     entries.extend([storage_buffer_read_only_sized(false, None).build(RUNS_BINDING, stages), view]);
+    entries.push(storage_buffer_read_only_sized(false, None).build(OUTLINES, stages));
     entries[0].visibility = ShaderStages::VERTEX_FRAGMENT;
     entries
 }
@@ -160,8 +184,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
         let lit = variant.is_lit.then_some("LIT");
         let by_gradient = variant.by_gradient.then_some("BY_GRADIENT");
-        let far = (variant.samples == SamplesDrawn::Far).then_some("FAR_SAMPLES");
-        let named = [variant.texels, isosurface, lit, by_gradient, far].into_iter().flatten();
+        let samples = variant.samples.shader_def();
+        let named = [variant.texels, isosurface, lit, by_gradient, samples].into_iter().flatten();
         let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
         let own = groups.into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
@@ -211,8 +235,8 @@ pub(super) fn find_ready(
     };
     for (variant, are_there) in variants.iter_mut() {
         let of_view = |view: MeshPipelineKey| {
-            let others = [variant.of_the_others(), variant.of_far_samples(view)].into_iter().flatten();
-            others.chain([*variant]).map(move |variant| (view, variant))
+            let others = [variant.of_the_others(), variant.of_far_samples(view), variant.of_outlines(view)];
+            others.into_iter().flatten().chain([*variant]).map(move |variant| (view, variant))
         };
         let keys = views.values().flat_map(|view| of_view(*view));
         *are_there = variants_are_ready(&*base, &mut pipelines, keys, &cache);

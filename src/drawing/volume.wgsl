@@ -3,7 +3,8 @@
 //
 // Drawn on the back faces of the volume's box, so that the camera may be inside the box. A ray ends
 // at opaque geometry, by the depth of the prepass. The samples of a multisampled pixel have one ray. Where it ends much
-// farther away for some of them, at the outline of a mesh, two draws share the samples: FAR_SAMPLES draws those.
+// farther away for some of them, at the outline of a mesh, two draws share the samples: FAR_SAMPLES draws those. At
+// outlines of the volume, OUTLINES draws each listed pixel by the mean of several rays.
 
 #import bevy_pbr::{
     mesh_view_bindings::view,
@@ -31,12 +32,12 @@
     classification::{EXTINCTIONS, classify},
     gradients::gradient_at,
     orientation::{Cut, NO_CUT},
-    marched_view::MarchedView,
+    marched_view::{IS_MIRRORED, MarchedView, NOT_LISTED, has_flag, listed_pixels, outline_offset, outline_rays, word_of_slot},
     next_run::{intensity_at, march_behind, next_run},
     preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place, value_at},
     reconstruction::sharp_at_place,
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
-    seen::{first_run, runs},
+    seen::{first_run, run_at, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay, view_ray},
     volume_bindings::{edge_sampler, volume},
@@ -180,13 +181,24 @@ fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
     return pixel;
 }
 
+// Lists of the pixels at outlines.
+@group(#{VOLUME_BIND_GROUP}) @binding(13) var<storage, read> outlines: array<u32>;
+
+// A pixel's place in the list of outlines; NOT_LISTED if it is drawn by its own ray.
+fn slot_of_pixel(pixel: vec2<u32>) -> u32 {
+    if listed_pixels(marched_view, outlines[marched_view.first_outline]) == 0u {
+        return NOT_LISTED;
+    }
+    return outlines[word_of_slot(marched_view, pixel)];
+}
+
 // A corner of the volume's box, as one triangle strip around it.
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     let masks = vec3(0x287au, 0x02afu, 0x31e3u);
     var corner = vec3<f32>((masks >> vec3(index)) & vec3(1u));
     // The other way round, so that the faces still face outwards.
-    corner.x = select(corner.x, 1.0 - corner.x, marched_view.is_mirrored != 0u);
+    corner.x = select(corner.x, 1.0 - corner.x, has_flag(marched_view, IS_MIRRORED));
     let local = volume.local_from_voxel * vec4(corner * vec3<f32>(volume.dimensions) - 0.5, 1.0);
     return marched_view.clip_from_local * local;
 }
@@ -207,6 +219,8 @@ fn end_of_sample(ray: ViewRay, position: vec4<f32>, sample_index: u32) -> f32 {
 struct Samples {
     mask: u32,
     end_mm: f32,
+    // Whether there are other samples.
+    is_split: bool,
 }
 
 fn samples_of_pixel(ray: ViewRay, position: vec4<f32>) -> Samples {
@@ -227,15 +241,15 @@ fn samples_of_pixel(ray: ViewRay, position: vec4<f32>) -> Samples {
         far |= u32(is_split && end_of_sample(ray, position, k) > middle) << k;
     }
 #ifdef FAR_SAMPLES
-    return Samples(far, farthest);
+    return Samples(far, farthest, is_split);
 #else
-    return Samples(~far, select(middle, nearest, is_split));
+    return Samples(~far, select(middle, nearest, is_split), is_split);
 #endif
 #else
-    return Samples(~0u, end_of_sample(ray, position, 0u));
+    return Samples(~0u, end_of_sample(ray, position, 0u), false);
 #endif
 #else
-    return Samples(~0u, ray.end_mm);
+    return Samples(~0u, ray.end_mm, false);
 #endif
 }
 
@@ -246,27 +260,18 @@ struct FragmentOutput {
 #endif
 }
 
-@fragment
-fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
+// The ray through a place of the view, pixels.
+fn ray_through(place: vec2<f32>) -> ViewRay {
     let window = marched_view.window;
-    var ray = view_ray(position.xy, window.viewport, window.view_from_clip, window.world_from_view);
-    let samples = samples_of_pixel(ray, position);
-    ray.end_mm = samples.end_mm;
-#ifdef FAR_SAMPLES
-    if samples.mask == 0u {
-        discard;
-    }
-#endif
-#ifdef ISOSURFACE
-    let hit = surface_hit(ray);
-    // No branch on a hit: inside such a branch, the shading's branches would depend on uniforms alone.
-    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p, NO_CUT), NO_CUT);
-    var pixel = Pixel(hit.alpha * color, hit.alpha);
-#else
+    let shift = marched_view.noise_shift;
+    return view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
+}
+
+#ifndef ISOSURFACE
+// What a ray sees, from its first run on.
+fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
     var pixel = Pixel(vec3(0.0), 0.0);
-    var run = first_run(marched_view, vec2<u32>(position.xy));
-    // Two draws share the pixels: one of them can follow rays on, where runs found no room.
-    let is_cut_off = run.is_cut_off;
+    var run = first;
     while true {
         pixel = accumulate_run(pixel, run, ray);
         if run.then != THEN_RUN || pixel.alpha >= OPAQUE {
@@ -282,18 +287,71 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
         pixel = accumulate_run(pixel, run, ray);
     }
 #endif
-#ifdef CUT_OFF_ALONE
-    pixel.alpha *= f32(is_cut_off);
-#else ifndef REST
-    pixel.alpha *= f32(!is_cut_off);
+    return pixel;
+}
 #endif
+
+// The little opacity that is left gets a pixel's own colour, not the background's.
+fn completed(pixel: Pixel) -> Pixel {
+    if pixel.alpha >= OPAQUE {
+        return Pixel(pixel.color / pixel.alpha, 1.0);
+    }
+    return pixel;
+}
+
+#ifdef OUTLINES
+// What the rays of a listed pixel see, on average.
+fn pixel_of_outline(position: vec4<f32>, slot: u32) -> Pixel {
+    let rays = outline_rays(marched_view);
+    var sum = Pixel(vec3(0.0), 0.0);
+    for (var k = 0u; k < rays; k += 1u) {
+        var ray = ray_through(floor(position.xy) + outline_offset(marched_view, k));
+        ray.end_mm = samples_of_pixel(ray, position).end_mm;
+        let run = run_at(marched_view, marched_view.first_run + rays * slot + k);
+        let seen = completed(pixel_of_ray(ray, run));
+        sum = Pixel(sum.color + seen.color, sum.alpha + seen.alpha);
+    }
+    return Pixel(sum.color / f32(rays), sum.alpha / f32(rays));
+}
+#endif
+
+@fragment
+fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
+    var ray = ray_through(position.xy);
+    let samples = samples_of_pixel(ray, position);
+    ray.end_mm = samples.end_mm;
+#ifdef FAR_SAMPLES
+    if samples.mask == 0u {
+        discard;
+    }
+#endif
+#ifdef ISOSURFACE
+    let hit = surface_hit(ray);
+    // No branch on a hit: inside such a branch, the shading's branches would depend on uniforms alone.
+    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p, NO_CUT), NO_CUT);
+    var pixel = Pixel(hit.alpha * color, hit.alpha);
+#else ifdef OUTLINES
+    let slot = slot_of_pixel(vec2<u32>(position.xy));
+    // Pixels at outlines of meshes too are drawn by their own ray.
+    if slot == NOT_LISTED || samples.is_split {
+        discard;
+    }
+    var pixel = pixel_of_outline(position, slot);
+#else
+    let run = first_run(marched_view, vec2<u32>(position.xy));
+    var pixel = completed(pixel_of_ray(ray, run));
+    // Several draws share the pixels: rays of outlines take the place of others, and rays whose runs found no room are
+    // followed by one draw.
+    var is_own = samples.is_split || slot_of_pixel(vec2<u32>(position.xy)) == NOT_LISTED;
+#ifdef CUT_OFF_ALONE
+    is_own = is_own && run.is_cut_off;
+#else ifndef REST
+    is_own = is_own && !run.is_cut_off;
+#endif
+    pixel.alpha *= f32(is_own);
 #endif
     if pixel.alpha <= 0.0 {
         discard;
-    }
-    if pixel.alpha >= OPAQUE {
-        // The little opacity that is left gets the pixel's own colour, not the background's.
-        pixel = Pixel(pixel.color / pixel.alpha, 1.0);
     }
 #ifdef TONEMAP_IN_SHADER
     let mapped = tone_mapping(vec4(pixel.color / pixel.alpha, 1.0), view.color_grading).rgb;

@@ -25,7 +25,7 @@ impl FittedOcclusion {
     }
 }
 
-/// The occlusion that is computed and drawn, the filter, the light, and the kind of transfer function. While pipelines are being compiled these are the
+/// The occlusion that is computed and drawn, the filter, the light, the kind of transfer function, and outlines. While pipelines are being compiled these are the
 /// previous ones.
 #[derive(Component, PartialEq)]
 pub(crate) struct ShownOcclusion {
@@ -34,6 +34,7 @@ pub(crate) struct ShownOcclusion {
     pub lighting: VolumeLighting,
     /// Whether the transfer function follows the gradient.
     pub by_gradient: bool,
+    pub outline_rays: u32,
 }
 
 /// Memory that a method takes for a volume of these dimensions, with the occlusion texture beyond a scalar a voxel.

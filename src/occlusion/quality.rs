@@ -9,12 +9,12 @@ use super::{
 
 /// A preset of the settings that trade time for accuracy.
 ///
-/// | | rays | resolution | view samples, voxels | jitter | reconstruction |
-/// | --- | --- | --- | --- | --- | --- |
-/// | `Low` | 14 | half | 1 | yes | trilinear |
-/// | `Medium` | 36 | full | 0.5 | yes | smooth colours |
-/// | `High` | 96 | full | 0.25 | yes | smooth colours |
-/// | `Reference` | 512 | full | 0.125 | no | smooth colours |
+/// | | rays | resolution | view samples, voxels | jitter | reconstruction | view rays at outlines |
+/// | --- | --- | --- | --- | --- | --- | --- |
+/// | `Low` | 14 | half | 1 | yes | trilinear | 1 |
+/// | `Medium` | 36 | full | 0.5 | yes | smooth colours | 4 |
+/// | `High` | 96 | full | 0.25 | yes | smooth colours | 8 |
+/// | `Reference` | 512 | full | 0.125 | no | smooth colours | 32 |
 ///
 /// All presets reach equally far: 20 samples a ray, a voxel apart. Fewer and longer steps of the same reach lose more
 /// accuracy than they save time. `docs/methods.md` has the error and the time of each preset.
@@ -69,13 +69,18 @@ impl Quality {
     pub fn shading(self) -> VolumeShading {
         let medium = VolumeShading::default();
         match self {
-            Self::Low => {
-                VolumeShading { step_voxels: 1.0, reconstruction: Reconstruction::Trilinear, ..medium }
-            }
+            Self::Low => VolumeShading {
+                step_voxels: 1.0,
+                reconstruction: Reconstruction::Trilinear,
+                outline_rays: 1,
+                ..medium
+            },
             Self::Medium => medium,
-            Self::High => VolumeShading { step_voxels: 0.25, ..medium },
+            Self::High => VolumeShading { step_voxels: 0.25, outline_rays: 8, ..medium },
             // The slices are too thin to be seen, so that noise would only add an error.
-            Self::Reference => VolumeShading { step_voxels: 0.125, jitter: false, ..medium },
+            Self::Reference => {
+                VolumeShading { step_voxels: 0.125, jitter: false, outline_rays: 32, ..medium }
+            }
         }
     }
 
@@ -88,8 +93,8 @@ impl Quality {
             let OcclusionRays { pattern, resolution, .. } = self.rays();
             *rays = OcclusionRays { pattern, resolution, ..*rays };
         }
-        let VolumeShading { step_voxels, reconstruction, jitter, .. } = self.shading();
-        *shading = VolumeShading { step_voxels, reconstruction, jitter, ..shading.clone() };
+        let VolumeShading { step_voxels, reconstruction, jitter, outline_rays, .. } = self.shading();
+        *shading = VolumeShading { step_voxels, reconstruction, jitter, outline_rays, ..shading.clone() };
     }
 
     /// The preset of these settings; `None` if they are of no preset.

@@ -78,6 +78,12 @@ impl Influence {
 }
 
 impl ExtractedVolume {
+    /// Rays of a pixel at an outline; 0 if all pixels have one.
+    pub fn outline_rays(&self) -> u32 {
+        let are_apart = !self.draws_surface() && !self.is_drawn_by_method();
+        if are_apart { self.shading.drawn_outline_rays() } else { 0 }
+    }
+
     /// Whether the occlusion method draws the volume, in place of slices along view rays.
     pub fn is_drawn_by_method(&self) -> bool {
         self.occlusion.method.kind() == MethodKind::DrawingViews && self.shading.ambient_occlusion
@@ -180,6 +186,7 @@ pub(crate) fn extract_scene(
                 step_voxels,
                 reconstruction: shown.reconstruction,
                 lighting: shown.lighting,
+                outline_rays: shown.outline_rays,
                 ..shading.clone()
             },
             recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,

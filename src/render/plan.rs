@@ -16,13 +16,13 @@ use super::{
         voxel_method::{KeptVolume, VolumeFrame},
     },
     views::{
-        march::{MarchJob, MarchPass, MarchVariant},
+        march::{MarchJob, MarchPass},
         runs::{Stale, VolumeRuns},
     },
     volumes::{
         bricks::MASK_WORDS,
         carver_uniform::{CarverTable, CarverUniform},
-        contents::Contents,
+        contents::{Contents, MarchVariant},
         store::{VolumeGroups, VolumeResources, VolumeStore},
         uniform::VolumeUniform,
     },

@@ -53,6 +53,7 @@ pub(crate) struct View {
     entity: Entity,
     view: &'static ExtractedView,
     jitter: Option<&'static TemporalJitter>,
+    msaa: &'static Msaa,
     visible: &'static RenderVisibleEntities,
 }
 
@@ -71,9 +72,18 @@ pub(crate) struct VolumeWindow {
     pub clip_from_local: Mat4,
     /// Whether the view shows the voxels mirrored, so that the faces of their box have the other winding.
     pub is_mirrored: bool,
+    /// Number of rays of each pixel at an outline; 0 if all pixels have one.
+    pub outline_rays: u32,
+    /// Added to the noise that moves the starts of rays, [0, 1).
+    pub noise_shift: f32,
 }
 
 impl VolumeWindow {
+    /// Whether pixels at outlines have several rays.
+    pub fn smooths_outlines(&self) -> bool {
+        self.outline_rays > 0
+    }
+
     /// Part of the window in which some boxes may be seen, each given by its corners in volume space (mm).
     /// `None` if no box may be seen.
     pub fn around(&self, boxes: &[[Vec3; 8]]) -> Option<WindowUniform> {
@@ -106,7 +116,7 @@ impl Views<'_, '_> {
         self.cameras
             .iter()
             .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
-            .filter_map(|view| window(view.entity, view.view, view.jitter, volume))
+            .filter_map(|view| window(&view, volume))
     }
 }
 
@@ -117,9 +127,7 @@ pub(crate) fn shows(visible: &RenderVisibleEntities, drawn_box: MainEntity) -> b
 
 /// Window of a view around a volume's box. `None` if the box is out of view.
 fn window(
-    entity: Entity,
-    view: &ExtractedView,
-    jitter: Option<&TemporalJitter>,
+    ViewItem { entity, view, jitter, msaa, .. }: &ViewItem,
     volume: &ExtractedVolume,
 ) -> Option<VolumeWindow> {
     let viewport = view.viewport.as_vec4();
@@ -136,7 +144,14 @@ fn window(
     let is_mirrored = view.invert_culling
         ^ (volume.world_from_local.matrix3.determinant() < 0.0)
         ^ (volume.geometry.local_from_voxel.matrix3.determinant() < 0.0);
-    first.cmplt(end).all().then_some(VolumeWindow { view: entity, uniform, clip_from_local, is_mirrored })
+    first.cmplt(end).all().then_some(VolumeWindow {
+        view: *entity,
+        uniform,
+        clip_from_local,
+        is_mirrored,
+        outline_rays: if msaa.samples() > 1 { volume.outline_rays() } else { 0 },
+        noise_shift: 0.0,
+    })
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -190,6 +205,8 @@ mod tests {
             uniform: WindowUniform { viewport, first, end, ..default() },
             clip_from_local: far,
             is_mirrored: false,
+            outline_rays: 0,
+            noise_shift: 0.0,
         };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");

@@ -81,9 +81,9 @@ fn a_volume_too_large_for_the_device_is_refused_or_halved() {
 #[test]
 fn a_volume_beyond_the_budget_is_refused_halved_and_shown() {
     let mut scene = scene();
-    // The budget holds a carver's depth maps (20.3 bytes a texel) and 344 kB of tables. It also holds an eighth of
+    // The budget holds a carver's depth maps (20.3 bytes a texel) and 410 kB of tables. It also holds an eighth of
     // the voxels, of up to 9 bytes each. All voxels take 41 kB or more.
-    scene.world().resource_mut::<VolumeBudget>().max_bytes = 1_331_200 + 361_072;
+    scene.world().resource_mut::<VolumeBudget>().max_bytes = 1_331_200 + 426_608;
     scene.headless.frames(4);
     assert!(is_empty(&scene.headless.image()));
     let errors = scene.world().resource::<Errors>().0.clone();

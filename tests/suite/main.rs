@@ -43,6 +43,7 @@ mod nifti2;
 mod optimizations;
 mod options;
 mod oracle;
+mod outlines;
 mod picture;
 mod presets;
 mod properties;

@@ -53,7 +53,7 @@ const LIBRARIES: [(&str, &str); 33] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 29] = sources![
+const ENTRIES: [(&str, &str); 30] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -66,6 +66,7 @@ const ENTRIES: [(&str, &str); 29] = sources![
     "clipping/expire.wgsl",
     "clipping/distances.wgsl",
     "views/march.wgsl",
+    "views/outlines.wgsl",
     "methods/rays/mark.wgsl",
     "methods/rays/share.wgsl",
     "methods/rays/filter_probe.wgsl",

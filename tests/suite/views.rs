@@ -304,6 +304,9 @@ fn samples_and_tones_are_as_they_are_to_be() {
     let volume = volume();
     let (mut scene, integral) = (scene(volume.clone()), carved(&volume));
     let camera = scene.camera();
+    // Smooth outlines are another test's.
+    let entity = scene.volume;
+    scene.world().get_mut::<VolumeShading>(entity).expect("shading").outline_rays = 1;
     scene.settle();
     let view = View::of(&mut scene, camera, IMAGE);
     let reinhard = |color: DVec3| color / (1.0 + color);

@@ -61,6 +61,17 @@ impl Default for SolidScene {
 }
 
 impl SolidScene {
+    /// Sets the samples of a pixel, and its rays at an outline.
+    fn set_samples(&mut self, msaa: Msaa, rays: u32) {
+        let volume = self.scene.volume;
+        let world = self.scene.world();
+        world.get_mut::<VolumeShading>(volume).expect("shading").outline_rays = rays;
+        let cameras: Vec<_> = world.query_filtered::<Entity, With<Camera3d>>().iter(world).collect();
+        for camera in cameras {
+            world.entity_mut(camera).insert(msaa);
+        }
+    }
+
     /// Carves with a mesh, which replaces the mesh before.
     pub fn carve(
         &mut self,
@@ -156,7 +167,22 @@ pub fn sweeps(frames: u32, report: &mut impl FnMut(Figure)) {
             };
             // The default at least halves the largest change.
             let name = format!("sweep {name}, {}", case.name);
-            compare(&mut solid, (name, case), frames, pose, Some(0.5), report);
+            compare(&mut solid, (name.clone(), case), frames, pose, Some(0.5), report);
+            for (rays, method) in
+                [(1, "one ray a pixel"), (4, "4 rays at outlines"), (32, "32 rays at outlines")]
+            {
+                solid.set_samples(Msaa::Sample4, rays);
+                let [.., image] = Watched::of(&mut solid, case, RULES[1], frames, pose).0;
+                report(Figure {
+                    case: name.clone(),
+                    method: method.into(),
+                    figure: "largest change of the image with Msaa",
+                    unit: "of full range",
+                    bound: None,
+                    value: image.largest(),
+                });
+            }
+            solid.set_samples(Msaa::Off, 4);
         }
     }
 }

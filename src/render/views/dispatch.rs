@@ -23,8 +23,8 @@ impl<T: ShaderSize + WriteInto + Clone + Default + PartialEq> ViewArray<T> {
 
     /// Writes the values if they changed.
     pub fn write(&mut self, mut values: Vec<T>, gpu: &Gpu) {
-        // Whole arrays are bound.
-        values.resize(values.len().next_multiple_of(VIEWS_AT_ONCE as usize), T::default());
+        // Whole arrays are bound, from any value on.
+        values.resize(values.len() + VIEWS_AT_ONCE as usize, T::default());
         if *self.0.get() != values {
             self.0.add_usages(BufferUsages::UNIFORM);
             self.0.set(values);
@@ -53,7 +53,8 @@ impl<T: ShaderSize + WriteInto + Clone + Default + PartialEq> ViewArray<T> {
 pub(crate) struct ViewParts {
     /// Size of the largest part, pixels.
     pub largest: UVec2,
-    /// Number of views.
+    /// First view, and number of views.
+    pub first: u32,
     pub count: u32,
 }
 
@@ -71,12 +72,13 @@ pub(crate) fn encode_views(
         return;
     };
     let tiles = (parts.largest + 7) / 8;
-    for first in (0..parts.count).step_by(VIEWS_AT_ONCE as usize) {
+    let end = parts.first + parts.count;
+    for first in (parts.first..end).step_by(VIEWS_AT_ONCE as usize) {
         let offsets: Vec<u32> = bytes.iter().map(|bytes| bytes * first).collect();
         for (index, group) in (0..).zip(groups) {
             pass.set_bind_group(index, &***group, if index == 1 { &offsets } else { &[] });
         }
-        let views = (parts.count - first).min(VIEWS_AT_ONCE);
+        let views = (end - first).min(VIEWS_AT_ONCE);
         pass.dispatch_workgroups(tiles.x, tiles.y, views);
     }
 }

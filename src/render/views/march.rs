@@ -11,51 +11,43 @@ use bevy::{
 
 use super::{
     dispatch::{VIEWS_AT_ONCE, ViewArray, ViewParts, encode_views},
-    runs::{MarchedViewUniform, Stale, ViewRuns},
+    outlines::OutlinePass,
+    runs::{MarchParts, MarchedViewUniform, Stale, ViewRuns},
 };
 use crate::occlusion::Reconstruction;
 use crate::render::{
-    extract::ExtractedVolume,
     gpu::{
         compute_pass::{ComputePass, PassDescriptor, are_ready},
         device::Gpu,
     },
-    volumes::{layouts::bricks_layout, store::VolumeGroups},
+    volumes::{contents::MarchVariant, layouts::bricks_layout, store::VolumeGroups},
     windows::VolumeWindow,
 };
 
-/// What tells the pipelines that follow view rays apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MarchVariant {
-    reconstruction: Reconstruction,
-    /// Whether the transfer function follows the gradient.
-    by_gradient: bool,
-}
-
-impl MarchVariant {
-    pub fn of(volume: &ExtractedVolume) -> Self {
-        Self { reconstruction: volume.shading.reconstruction, by_gradient: volume.by_gradient }
-    }
-}
-
 /// Follows the view rays of a volume: passes of trilinear and tricubic opacities, each for functions of the intensity
-/// alone and for functions of the gradient too.
+/// alone and for functions of the gradient too. Then follows the rays of outlines.
 #[derive(Resource)]
-pub(crate) struct MarchPass([[ComputePass; 2]; 2]);
+pub(crate) struct MarchPass {
+    march: [[ComputePass; 2]; 2],
+    outlines: OutlinePass,
+}
 
 /// March of the views of one volume.
 pub(crate) struct MarchJob {
     variant: MarchVariant,
     volume: BindGroup,
     views: BindGroup,
-    parts: ViewParts,
+    /// Bind group for finding outlines.
+    outlines: BindGroup,
+    parts: MarchParts,
 }
 
 impl FromWorld for MarchPass {
     fn from_world(world: &mut World) -> Self {
         let written = storage_buffer_sized(false, None);
         let views = uniform_buffer_sized(true, None);
-        let own = BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written));
+        let own =
+            BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written, written));
         let pass = |shader_defs: &[&'static str]| {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_march",
@@ -67,19 +59,21 @@ impl FromWorld for MarchPass {
             };
             ComputePass::new(world, descriptor)
         };
-        Self([[pass(&[]), pass(&["BY_GRADIENT"])], [pass(&["TRICUBIC"]), pass(&["TRICUBIC", "BY_GRADIENT"])]])
+        let march =
+            [[pass(&[]), pass(&["BY_GRADIENT"])], [pass(&["TRICUBIC"]), pass(&["TRICUBIC", "BY_GRADIENT"])]];
+        Self { march, outlines: OutlinePass::from_world(world) }
     }
 }
 
 impl MarchPass {
     /// Whether the pipelines of all variants are compiled.
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        are_ready(self.0.iter().flatten(), cache)
+        are_ready(self.march.iter().flatten().chain([&*self.outlines]), cache)
     }
 
     fn of(&self, variant: MarchVariant) -> &ComputePass {
         let is_tricubic = variant.reconstruction == Reconstruction::Tricubic;
-        &self.0[usize::from(is_tricubic)][usize::from(variant.by_gradient)]
+        &self.march[usize::from(is_tricubic)][usize::from(variant.by_gradient)]
     }
 
     /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.
@@ -97,24 +91,34 @@ impl MarchPass {
         }
         let parts = runs.plan(windows, stale, gpu)?;
         let views = self.bind_runs(runs, gpu)?;
-        Some(MarchJob { variant, volume: groups.bricks.clone(), views, parts })
+        let outlines = self.outlines.bind_views(runs, gpu)?;
+        Some(MarchJob { variant, volume: groups.bricks.clone(), views, outlines, parts })
     }
 
     fn bind_runs(&self, runs: &mut ViewRuns, gpu: &Gpu) -> Option<BindGroup> {
-        let ViewRuns { views, runs, further_runs, group, .. } = runs;
-        let buffers = [views.buffer()?, runs.as_ref()?, further_runs.as_ref()?];
+        let ViewRuns { views, runs, further_runs, outlines, group, .. } = runs;
+        let buffers = [views.buffer()?, runs.as_ref()?, further_runs.as_ref()?, outlines.as_ref()?];
         Some(group.of(buffers.map(|buffer| buffer.id()), || {
-            let [views, runs, further] = buffers;
+            let [views, runs, further, outlines] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
-            let resources = (views, runs.as_entire_binding(), further.as_entire_binding());
-            self.0[0][0].bind(resources, &gpu.cache, &gpu.device)
+            let [runs, further, outlines] =
+                [runs, further, outlines].map(|buffer| buffer.as_entire_binding());
+            let resources = (views, runs, further, outlines);
+            self.march[0][0].bind(resources, &gpu.cache, &gpu.device)
         }))
     }
 
-    /// Encodes the pass over all views.
+    /// Encodes the passes over all views.
     pub fn encode_views(&self, encoder: &mut CommandEncoder, job: &MarchJob, cache: &PipelineCache) {
-        let groups = [&job.volume, &job.views];
-        let pass = self.of(job.variant);
-        encode_views(pass, encoder, &groups, &[ViewArray::<MarchedViewUniform>::BYTES], job.parts, cache);
+        let bytes = [ViewArray::<MarchedViewUniform>::BYTES];
+        let march = self.of(job.variant);
+        let MarchParts { views, whole, outlines } = job.parts;
+        encode_views(march, encoder, &[&job.volume, &job.views], &bytes, views, cache);
+        if outlines > 0 {
+            let all = ViewParts { largest: whole[0], ..views };
+            encode_views(&self.outlines, encoder, &[&job.volume, &job.outlines], &bytes, all, cache);
+            let rays = ViewParts { largest: whole[1], first: views.count, count: outlines };
+            encode_views(march, encoder, &[&job.volume, &job.views], &bytes, rays, cache);
+        }
     }
 }

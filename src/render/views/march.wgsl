@@ -3,7 +3,10 @@
 // that opaque meshes will hide are not known yet: somewhat more is found than is drawn, never less.
 
 #import bevy_contextual_ao::{
-    marched_view::{MarchedView, VIEWS, run_of_pixel},
+    marched_view::{
+        HAS_RUNS, MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray, run_of_pixel,
+        unpack_pixel,
+    },
     next_run::{begin_march, next_run},
     runs::{CUT_OFF, NO_RUN, THEN_END, THEN_RUN, THEN_SAMPLES, no_run, pack_run, slices_of, unpack_run},
     view_ray::{OPAQUE, view_ray},
@@ -14,6 +17,8 @@
 @group(1) @binding(1) var<storage, read_write> runs: array<vec4<u32>>;
 // Number of further runs of each view.
 @group(1) @binding(2) var<storage, read_write> further_runs: array<FurtherRuns>;
+// Lists of the pixels at outlines.
+@group(1) @binding(3) var<storage, read_write> outlines: array<atomic<u32>>;
 
 // Further runs of a view.
 struct FurtherRuns {
@@ -36,23 +41,41 @@ fn further_run(view: u32) -> u32 {
     return select(NO_RUN, run, run < views[view].end_run);
 }
 
+// Says that a ray of a view found no room for all its runs. Another draw follows the rest of such rays. Of outlines there is
+// none: all pixels at outlines then keep their own rays.
+fn cut_off(view: u32) {
+    atomicStore(&further_runs[view].instances, 1u);
+    if has_flag(views[view], OF_OUTLINES) {
+        atomicStore(&outlines[views[view].first_outline], 0xffffffffu);
+    }
+}
+
 @compute @workgroup_size(64)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let view = group.z;
-    let pixel = views[view].part_first + 8u * group.xy + pixel_of_lane(lane);
+    let pixel = unpack_pixel(views[view].part_first) + 8u * group.xy + pixel_of_lane(lane);
     var at = run_of_pixel(views[view], pixel);
-    if any(pixel >= views[view].part_end) {
+    if any(pixel >= unpack_pixel(views[view].part_end)) {
         return;
     }
+    // Rays of outlines take the places of pixels.
+    let first_outline = views[view].first_outline;
+    let slot = outline_slot(views[view], pixel);
+    let is_of_outlines = has_flag(views[view], OF_OUTLINES);
+    if is_of_outlines && slot >= listed_pixels(views[view], atomicLoad(&outlines[first_outline])) {
+        return;
+    }
+    let place = place_of_ray(views[view], pixel, atomicLoad(&outlines[first_outline + OUTLINE_HEAD + slot]));
     if at >= views[view].end_run {
-        atomicStore(&further_runs[view].instances, 1u);
+        cut_off(view);
         return;
     }
     let first = at;
     let window = views[view].window;
-    let ray = view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
+    let shift = views[view].noise_shift;
+    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
     // Whether the runs behind the present place are this ray's own, of an earlier frame.
-    var is_owned = views[view].has_runs != 0u;
+    var is_owned = has_flag(views[view], HAS_RUNS);
     var march = begin_march(ray);
     var run = no_run();
     while true {
@@ -73,7 +96,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         }
         if at == NO_RUN {
             runs[first].z |= CUT_OFF;
-            atomicStore(&further_runs[view].instances, 1u);
+            cut_off(view);
         }
         if !is_more && slices_of(run) > 0u || at == NO_RUN {
             break;

@@ -2,6 +2,9 @@
 //
 // Passes over several views have them in a uniform array, and know theirs by the workgroup. A software driver loads a
 // view from there once for all lanes, but from a storage buffer for each lane: a third of the march.
+//
+// A view has one ray for each pixel. A multisampled view has another `MarchedView` behind it, with several rays for each
+// pixel of an outline (`outlines.wgsl`). Their numbers take the places of pixels.
 
 #define_import_path bevy_contextual_ao::marched_view
 
@@ -14,21 +17,77 @@ struct MarchedView {
     window: Window,
     // Volume space (mm) → clip space.
     clip_from_local: mat4x4<f32>,
-    // First and end pixel of the part to be marched in this frame.
-    part_first: vec2<u32>,
-    part_end: vec2<u32>,
+    // First and end pixel of the part to be marched in this frame, 16 bits for x and for y.
+    part_first: u32,
+    part_end: u32,
     // Index of the first run of the window's first pixel, and the end of the room for runs. Further runs of pixels follow
     // the first runs of all.
     first_run: u32,
     end_run: u32,
-    // 1: the runs of an earlier frame are there.
-    has_runs: u32,
-    // 1: the view shows the volume mirrored.
-    is_mirrored: u32,
+    // HAS_RUNS, IS_MIRRORED, OF_OUTLINES; from bit 16 on, the number of rays for each pixel of an outline.
+    flags: u32,
+    // Word of the list of outlines at which that of this view begins, and most pixels in it; 0 pixels: no outlines.
+    first_outline: u32,
+    most_outlines: u32,
+    // Added to the noise that moves the starts of rays, [0, 1).
+    noise_shift: f32,
+}
+
+// The runs of an earlier frame are there.
+const HAS_RUNS: u32 = 1u;
+// The view shows the volume mirrored.
+const IS_MIRRORED: u32 = 2u;
+// The view has the rays of outlines.
+const OF_OUTLINES: u32 = 4u;
+
+fn has_flag(view: MarchedView, flag: u32) -> bool {
+    return (view.flags & flag) != 0u;
+}
+
+fn unpack_pixel(bits: u32) -> vec2<u32> {
+    return vec2(bits & 0xffffu, bits >> 16u);
 }
 
 // Index of the first run of a pixel in the window.
 fn run_of_pixel(view: MarchedView, pixel: vec2<u32>) -> u32 {
     let place = pixel - view.window.first;
     return view.first_run + place.y * (view.window.end.x - view.window.first.x) + place.x;
+}
+
+// Words before the pixels in a list of outlines: the number of pixels found. Behind the list, each pixel of the window has
+// its place in it, or NOT_LISTED.
+const OUTLINE_HEAD: u32 = 1u;
+const NOT_LISTED: u32 = 0xffffffffu;
+// Number of rays for each pixel of an outline. 0: outlines have no rays of their own.
+fn outline_rays(view: MarchedView) -> u32 {
+    return view.flags >> 16u;
+}
+
+// Number of pixels in a view's list, by how many were found. A list without room for all has none: so the picture does not
+// depend on their order.
+fn listed_pixels(view: MarchedView, found: u32) -> u32 {
+    return select(0u, found, found <= view.most_outlines);
+}
+
+// Word with a pixel's place in the list.
+fn word_of_slot(view: MarchedView, pixel: vec2<u32>) -> u32 {
+    return view.first_outline + OUTLINE_HEAD + view.most_outlines + (run_of_pixel(view, pixel) - view.first_run);
+}
+
+// Place in the list of the pixel that a ray of an outline belongs to, by the ray's place in the window.
+fn outline_slot(view: MarchedView, pixel: vec2<u32>) -> u32 {
+    return select(0u, (run_of_pixel(view, pixel) - view.first_run) / outline_rays(view), has_flag(view, OF_OUTLINES));
+}
+
+// Where a view's ray goes through, pixels, by its place in the window. `listed` is the pixel in its slot of the list.
+fn place_of_ray(view: MarchedView, pixel: vec2<u32>, listed: u32) -> vec2<f32> {
+    let number = (run_of_pixel(view, pixel) - view.first_run) % outline_rays(view);
+    let of_outline = vec2<f32>(unpack_pixel(listed)) + outline_offset(view, number);
+    return select(vec2<f32>(pixel) + 0.5, of_outline, has_flag(view, OF_OUTLINES));
+}
+
+// Place of a ray of an outline in its pixel, pixels: a lattice by the golden ratio.
+fn outline_offset(view: MarchedView, number: u32) -> vec2<f32> {
+    let along = (f32(number) + 0.5) / f32(outline_rays(view));
+    return vec2(along, fract((f32(number) + 0.5) * 0.6180339887498949));
 }

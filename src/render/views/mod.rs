@@ -2,6 +2,7 @@
 
 pub(super) mod dispatch;
 pub(super) mod march;
+mod outlines;
 pub(super) mod runs;
 
 use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
@@ -18,4 +19,5 @@ pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "orientation.wgsl");
     load_shader_library!(app, "shading.wgsl");
     embedded_asset!(app, "march.wgsl");
+    embedded_asset!(app, "outlines.wgsl");
 }

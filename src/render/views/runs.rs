@@ -54,7 +54,9 @@ impl VolumeRuns {
     }
 
     pub fn usage(&self) -> GpuUsage {
-        let bytes = |runs: &ViewRuns| runs.runs.as_ref().map_or(0, |runs| runs.size());
+        let bytes = |runs: &ViewRuns| {
+            [&runs.runs, &runs.outlines].into_iter().flatten().map(|buffer| buffer.size()).sum::<u64>()
+        };
         GpuUsage { view_bytes: self.0.iter().map(bytes).sum(), ..default() }
     }
 }
@@ -65,10 +67,15 @@ pub(crate) struct ViewRuns {
     pub(super) views: ViewArray<MarchedViewUniform>,
     pub(super) runs: Option<Buffer>,
     pub(super) further_runs: Option<Buffer>,
-    /// Entities of the views.
+    /// Lists of the pixels at outlines (`outlines.wgsl`).
+    pub(super) outlines: Option<Buffer>,
+    /// Entities of the views, then those of the views whose outlines are smooth.
     entities: Vec<Entity>,
-    /// Bind group for marching.
-    pub(super) group: KeptGroup<[BufferId; 3]>,
+    /// Number of the views.
+    count: usize,
+    /// Bind groups for marching, and for finding outlines.
+    pub(super) group: KeptGroup<[BufferId; 4]>,
+    pub(super) outline_group: KeptGroup<[BufferId; 3]>,
 }
 
 /// A view of a volume, `MarchedView` in WGSL (`marched_view.wgsl`).
@@ -76,12 +83,31 @@ pub(crate) struct ViewRuns {
 pub(crate) struct MarchedViewUniform {
     window: WindowUniform,
     clip_from_local: Mat4,
-    part_first: UVec2,
-    part_end: UVec2,
+    part_first: u32,
+    part_end: u32,
     first_run: u32,
     end_run: u32,
-    has_runs: u32,
-    is_mirrored: u32,
+    flags: u32,
+    first_outline: u32,
+    most_outlines: u32,
+    noise_shift: f32,
+}
+
+/// Flags of a view, as in WGSL.
+const HAS_RUNS: u32 = 1;
+const IS_MIRRORED: u32 = 2;
+const OF_OUTLINES: u32 = 4;
+
+/// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
+const OUTLINE_HEAD: u64 = 1;
+/// First bit of the number of rays for each pixel of an outline.
+const OUTLINE_RAYS: u32 = 16;
+/// One of this many pixels may be at an outline.
+const OUTLINE_SHARE: u64 = 4;
+
+/// A pixel in 32 bits, as `unpack_pixel` reads it.
+fn pack_pixel(pixel: UVec2) -> u32 {
+    pixel.x | (pixel.y << 16)
 }
 
 impl MarchedViewUniform {
@@ -89,10 +115,22 @@ impl MarchedViewUniform {
         Self {
             window: window.uniform,
             clip_from_local: window.clip_from_local,
-            is_mirrored: window.is_mirrored.into(),
+            flags: (window.outline_rays << OUTLINE_RAYS) | if window.is_mirrored { IS_MIRRORED } else { 0 },
+            noise_shift: window.noise_shift,
             ..default()
         }
     }
+}
+
+/// What to march in a frame.
+#[derive(Clone, Copy)]
+pub(super) struct MarchParts {
+    /// Parts of the views.
+    pub views: ViewParts,
+    /// Sizes of the largest window, and of the largest one of rays of outlines, pixels.
+    pub whole: [UVec2; 2],
+    /// Number of views with smooth outlines, which follow the others. All their outlines are found anew.
+    pub outlines: u32,
 }
 
 /// Change of a volume since its views were last visited.
@@ -132,7 +170,7 @@ impl Stale {
 
 impl ViewRuns {
     fn index_of(&self, view: Entity) -> Option<usize> {
-        self.entities.iter().position(|entity| *entity == view)
+        self.entities[..self.count].iter().position(|entity| *entity == view)
     }
 
     /// Dynamic offset of a view.
@@ -140,63 +178,145 @@ impl ViewRuns {
         Some(self.index_of(view)? as u32 * ViewArray::<MarchedViewUniform>::BYTES)
     }
 
+    /// Dynamic offset of the rays of a view's outlines, if it has any.
+    pub fn offset_of_outlines(&self, view: Entity) -> Option<u32> {
+        let index = self.entities[self.count..].iter().position(|entity| *entity == view)?;
+        Some((self.count + index) as u32 * ViewArray::<MarchedViewUniform>::BYTES)
+    }
+
+    /// Whole windows with the rays of outlines, in the order of views behind the others.
+    pub fn outline_windows(&self) -> impl Iterator<Item = WindowUniform> {
+        self.views.get().iter().take(self.entities.len()).skip(self.count).map(|view| view.window)
+    }
+
     /// Arguments of the draw of a view's rays that found no room for all runs: buffer, and first byte.
     pub fn cut_off_draw(&self, view: Entity) -> Option<(&Buffer, u64)> {
         Some((self.further_runs.as_ref()?, further_offset(self.index_of(view)?)))
     }
 
-    /// Buffers for drawing: views and runs.
-    pub fn buffers(&self) -> Option<[&Buffer; 2]> {
-        Some([self.views.buffer()?, self.runs.as_ref()?])
+    /// Buffers for drawing: views, runs, and lists of outlines.
+    pub fn buffers(&self) -> Option<[&Buffer; 3]> {
+        Some([self.views.buffer()?, self.runs.as_ref()?, self.outlines.as_ref()?])
     }
 
     /// Finds the parts of views to march, and records them as marched: a planned march always runs. `None` if no part
     /// is to be marched.
-    pub(super) fn plan(&mut self, windows: &[VolumeWindow], stale: &Stale, gpu: &Gpu) -> Option<ViewParts> {
-        let pixels: u64 = windows.iter().map(pixels_of).sum();
-        let is_new = self.keep_room(pixels * (1 + FURTHER_RUNS), windows.len(), &gpu.device);
+    pub(super) fn plan(&mut self, windows: &[VolumeWindow], stale: &Stale, gpu: &Gpu) -> Option<MarchParts> {
+        let outlined = || windows.iter().filter(|window| window.smooths_outlines());
+        let [views, outlined_views] = [windows.len(), outlined().count()];
+        let whole = |window: &VolumeWindow| window.uniform;
+        let pixels = || {
+            windows.iter().map(whole).chain(outlined().map(rays_of_outlines)).map(|window| pixels_of(&window))
+        };
+        let had_outlines = self.entities.get(self.count..).unwrap_or_default();
+        let is_new = !had_outlines.iter().eq(outlined().map(|window| &window.view))
+            | self.keep_room(pixels().sum::<u64>() * (1 + FURTHER_RUNS), views + outlined_views, &gpu.device)
+            | self.keep_outlines(outlined().map(outline_words).sum(), &gpu.device);
         let capacity = self.runs.as_ref().map_or(0, |runs| runs.size() / RUN_BYTES);
-        let room = rooms(windows, capacity);
+        let room = rooms(pixels(), capacity);
+        let mut lists = lists(outlined());
         let mut largest = UVec2::ZERO;
         let mut views = Vec::with_capacity(windows.len());
-        for (index, (window, [first_run, end_run])) in windows.iter().zip(room).enumerate() {
+        let mut of_outlines = Vec::new();
+        for (index, (window, &[first_run, end_run])) in windows.iter().zip(&room).enumerate() {
             let has_same_place = |before: &&MarchedViewUniform| {
                 (before.window, before.first_run, before.end_run) == (window.uniform, first_run, end_run)
+                    && before.flags >> OUTLINE_RAYS == window.outline_rays
             };
             let is_same = !is_new
                 && self.entities.get(index) == Some(&window.view)
                 && self.views.get().get(index).filter(has_same_place).is_some();
             let part = stale.part_of(window, !is_same);
             let [part_first, part_end] = part.map_or([UVec2::ZERO; 2], |part| [part.first, part.end]);
+            let [first_outline, most_outlines] =
+                if window.smooths_outlines() { lists.next().unwrap_or_default() } else { [0; 2] };
             let has_runs = is_same && !matches!(stale, Stale::Everything);
             if let Some(counts) = self.further_runs.as_ref().filter(|_| !has_runs) {
                 let reset = [BOX_VERTICES, 0, 0, 0, 0];
                 gpu.queue.write_buffer(counts, further_offset(index), bytemuck::cast_slice(&reset));
             }
             largest = largest.max(part_end - part_first);
-            views.push(MarchedViewUniform {
-                part_first,
-                part_end,
+            let view = MarchedViewUniform::without_runs(window);
+            let view = MarchedViewUniform {
+                part_first: pack_pixel(part_first),
+                part_end: pack_pixel(part_end),
                 first_run,
                 end_run,
-                has_runs: has_runs.into(),
-                ..MarchedViewUniform::without_runs(window)
-            });
+                flags: view.flags | if has_runs { HAS_RUNS } else { 0 },
+                first_outline,
+                most_outlines,
+                ..view
+            };
+            views.push(view);
+            if window.smooths_outlines() {
+                let rays = rays_of_outlines(window);
+                let [first_run, end_run] = room[windows.len() + of_outlines.len()];
+                of_outlines.push(MarchedViewUniform {
+                    window: rays,
+                    part_first: pack_pixel(rays.first),
+                    part_end: pack_pixel(rays.end),
+                    first_run,
+                    end_run,
+                    flags: (view.flags & !HAS_RUNS) | OF_OUTLINES,
+                    ..view
+                });
+            }
         }
+        let is_marched = largest != UVec2::ZERO;
+        if is_marched {
+            self.reset_outlines(windows.len(), &of_outlines, gpu);
+        }
+        let parts = MarchParts {
+            views: ViewParts { largest, first: 0, count: windows.len() as u32 },
+            whole: [
+                largest_of(windows.iter().map(whole)),
+                largest_of(of_outlines.iter().map(|view| view.window)),
+            ],
+            outlines: of_outlines.len() as u32,
+        };
+        views.extend(of_outlines);
         self.write(windows, views, gpu);
-        (largest != UVec2::ZERO).then_some(ViewParts { largest, count: windows.len() as u32 })
+        is_marched.then_some(parts)
+    }
+
+    /// Empties the lists of outlines, and the further runs of their rays: both are found anew.
+    fn reset_outlines(&self, views: usize, of_outlines: &[MarchedViewUniform], gpu: &Gpu) {
+        let (Some(lists), Some(counts)) = (&self.outlines, &self.further_runs) else {
+            return;
+        };
+        for (index, view) in of_outlines.iter().enumerate() {
+            gpu.queue.write_buffer(lists, 4 * u64::from(view.first_outline), &[0; 4]);
+            let reset = [BOX_VERTICES, 0, 0, 0, 0];
+            gpu.queue.write_buffer(counts, further_offset(views + index), bytemuck::cast_slice(&reset));
+        }
     }
 
     /// The same for views that draw without runs.
     pub fn plan_without(&mut self, windows: &[VolumeWindow], gpu: &Gpu) {
         self.keep_room(0, windows.len(), &gpu.device);
+        self.keep_outlines(0, &gpu.device);
         self.write(windows, windows.iter().map(MarchedViewUniform::without_runs).collect(), gpu);
     }
 
     fn write(&mut self, windows: &[VolumeWindow], views: Vec<MarchedViewUniform>, gpu: &Gpu) {
         self.entities.clear();
-        self.entities.extend(windows.iter().map(|window| window.view));
+        self.count = windows.len();
+        let outlined =
+            windows.iter().filter(|window| window.smooths_outlines() && views.len() > windows.len());
+        self.entities.extend(windows.iter().chain(outlined).map(|window| window.view));
         self.views.write(views, gpu);
+    }
+
+    /// Makes a buffer with enough room for lists of outlines. Returns whether it is new.
+    fn keep_outlines(&mut self, words: u64, device: &RenderDevice) -> bool {
+        // Bindings are never empty.
+        let needed = 4 * words.max(OUTLINE_HEAD + 1);
+        let has = self.outlines.as_ref().map_or(0, |lists| lists.size());
+        if needed <= has && has <= 4 * needed {
+            return false;
+        }
+        self.outlines = Some(run_buffer("contextual_ao_outlines", needed, device));
+        true
     }
 
     /// Makes buffers with enough room for a number of runs. Returns whether they are new.
@@ -208,20 +328,23 @@ impl ViewRuns {
         if needed <= has && has <= 4 * needed && further_offset(views) <= counts {
             return false;
         }
-        let buffer = |label, size| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some(label),
-                size,
-                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::INDIRECT,
-                mapped_at_creation: false,
-            })
-        };
         // A window that grows from frame to frame does not need new buffers in every frame.
         let room = if has == 0 { needed } else { (needed + needed / 4).min(most) };
-        self.runs = Some(buffer("contextual_ao_runs", RUN_BYTES * room));
-        self.further_runs = Some(buffer("contextual_ao_further_runs", further_offset(views.max(1))));
+        self.runs = Some(run_buffer("contextual_ao_runs", RUN_BYTES * room, device));
+        let further_bytes = further_offset(views.max(1));
+        self.further_runs = Some(run_buffer("contextual_ao_further_runs", further_bytes, device));
         true
     }
+}
+
+/// A buffer that march writes.
+fn run_buffer(label: &'static str, size: u64, device: &RenderDevice) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::INDIRECT,
+        mapped_at_creation: false,
+    })
 }
 
 /// First byte of a view's further runs.
@@ -229,15 +352,47 @@ fn further_offset(index: usize) -> u64 {
     4 * FURTHER_WORDS * index as u64
 }
 
-fn pixels_of(window: &VolumeWindow) -> u64 {
-    (window.uniform.end - window.uniform.first).as_u64vec2().element_product()
+fn pixels_of(window: &WindowUniform) -> u64 {
+    (window.end - window.first).as_u64vec2().element_product()
 }
 
-/// First and end run of each window. Where there is too little room, later windows get less or none.
-fn rooms(windows: &[VolumeWindow], capacity: u64) -> Vec<[u32; 2]> {
+/// Size of the largest window, pixels.
+fn largest_of(windows: impl Iterator<Item = WindowUniform>) -> UVec2 {
+    windows.map(|window| window.end - window.first).fold(UVec2::ZERO, UVec2::max)
+}
+
+/// A window with a place for each ray of a view's outlines: as wide, and higher.
+fn rays_of_outlines(window: &VolumeWindow) -> WindowUniform {
+    let WindowUniform { first, end, .. } = window.uniform;
+    let rows = (window.outline_rays * (end.y - first.y)).div_ceil(OUTLINE_SHARE as u32);
+    WindowUniform { end: UVec2::new(end.x, first.y + rows), ..window.uniform }
+}
+
+/// Most pixels in a window's list of outlines.
+fn most_outlines(window: &VolumeWindow) -> u64 {
+    pixels_of(&window.uniform) / OUTLINE_SHARE
+}
+
+/// Words of a window's list of outlines, and of the places of its pixels in it.
+fn outline_words(window: &VolumeWindow) -> u64 {
+    OUTLINE_HEAD + most_outlines(window) + pixels_of(&window.uniform)
+}
+
+/// First word of each window's list of outlines, and most pixels in it.
+fn lists<'w>(windows: impl Iterator<Item = &'w VolumeWindow>) -> impl Iterator<Item = [u32; 2]> {
     let mut first = 0;
-    let rooms = windows.iter().map(|window| {
-        let end = (first + pixels_of(window) * (1 + FURTHER_RUNS)).min(capacity);
+    windows.map(move |window| {
+        let list = [first as u32, most_outlines(window) as u32];
+        first += outline_words(window);
+        list
+    })
+}
+
+/// First and end run of windows, by their pixels. Where there is too little room, later windows get less or none.
+fn rooms(pixels: impl Iterator<Item = u64>, capacity: u64) -> Vec<[u32; 2]> {
+    let mut first = 0;
+    let rooms = pixels.map(|pixels| {
+        let end = (first + pixels * (1 + FURTHER_RUNS)).min(capacity);
         let room = [first as u32, end as u32];
         first = end;
         room

@@ -15,7 +15,11 @@
 
 // The first run of a pixel. It may be empty.
 fn first_run(view: MarchedView, pixel: vec2<u32>) -> Run {
-    let first = run_of_pixel(view, pixel);
+    return run_at(view, run_of_pixel(view, pixel));
+}
+
+// The first run at a place among the view's runs.
+fn run_at(view: MarchedView, first: u32) -> Run {
     if first < view.end_run {
         return unpack_run(runs[first]);
     }

@@ -3,8 +3,8 @@
 use super::{carver_uniform::CarverUniform, clip_pass::Queue};
 use crate::{
     clip::CoverageRule,
-    occlusion::AmbientOcclusion,
-    render::{extract::ExtractedVolume, views::march::MarchVariant},
+    occlusion::{AmbientOcclusion, Reconstruction},
+    render::extract::ExtractedVolume,
 };
 
 /// Inputs of opacities and occlusion, besides the volume itself.
@@ -36,6 +36,20 @@ impl Contents {
             && self.occlusion == new.occlusion
             && self.coverage == new.coverage
             && self.carvers == new.carvers
+    }
+}
+
+/// What tells the pipelines that follow view rays apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MarchVariant {
+    pub reconstruction: Reconstruction,
+    /// Whether the transfer function follows the gradient.
+    pub by_gradient: bool,
+}
+
+impl MarchVariant {
+    pub fn of(volume: &ExtractedVolume) -> Self {
+        Self { reconstruction: volume.shading.reconstruction, by_gradient: volume.by_gradient }
     }
 }
 

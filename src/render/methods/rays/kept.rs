@@ -61,7 +61,7 @@ pub(crate) struct Part {
 #[derive(Default)]
 pub(super) struct MarkParts {
     pub parts: ViewArray<Part>,
-    pub group: KeptGroup<[BufferId; 3]>,
+    pub group: KeptGroup<[BufferId; 4]>,
     /// Bind group of the list of voxels.
     pub words: KeptGroup<BufferId>,
 }

@@ -43,7 +43,7 @@ impl FromWorld for MarkPass {
     fn from_world(world: &mut World) -> Self {
         let views = uniform_buffer_sized(true, None);
         let runs = storage_buffer_read_only_sized(false, None);
-        let bindings = [(0, views), (1, views), (RUNS_BINDING, runs)];
+        let bindings = [(0, views), (1, views), (2, runs), (RUNS_BINDING, runs)];
         let own = bindings.map(|(binding, entry)| entry.build(binding, ShaderStages::COMPUTE));
         let descriptor = PassDescriptor {
             name: "contextual_ao_mark",
@@ -67,7 +67,8 @@ impl MarkPass {
         frame: &VolumeFrame,
         gpu: &Gpu,
     ) -> Option<MarkJob> {
-        let parts = unmarked.iter().map(|part| part.unwrap_or_default());
+        // All rays of outlines may read something else, wherever something changed.
+        let parts = unmarked.iter().map(|part| part.unwrap_or_default()).chain(frame.runs.outline_windows());
         let parts: Vec<_> = parts
             .map(|WindowUniform { first, end, .. }| Part { first, end, place_margin, ..default() })
             .collect();
@@ -75,13 +76,14 @@ impl MarkPass {
         let count = parts.len() as u32;
         let MarkParts { parts: written, group, words } = &mut kept.parts;
         written.write(parts, gpu);
-        let [views, runs] = frame.runs.buffers()?;
-        let buffers = [views, written.buffer()?, runs];
+        let [views, runs, outlines] = frame.runs.buffers()?;
+        let buffers = [views, written.buffer()?, runs, outlines];
         let views = group.of(buffers.map(|buffer| buffer.id()), || {
-            let [views, parts, runs] = buffers;
+            let [views, parts, runs, outlines] = buffers;
             let views = ViewArray::<MarchedViewUniform>::binding(views, VIEWS_AT_ONCE);
             let parts = ViewArray::<Part>::binding(parts, VIEWS_AT_ONCE);
-            let entries = [(0, views), (1, parts), (RUNS_BINDING, runs.as_entire_binding())];
+            let [runs, outlines] = [runs, outlines].map(|buffer| buffer.as_entire_binding());
+            let entries = [(0, views), (1, parts), (2, outlines), (RUNS_BINDING, runs)];
             let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
             self.0.bind_entries(&entries, &gpu.cache, &gpu.device)
         });
@@ -90,7 +92,7 @@ impl MarkPass {
             views,
             words: words
                 .of(bricks.word_list.id(), || work_group(bricks, &bricks.word_list, &gpu.cache, &gpu.device)),
-            parts: ViewParts { largest, count },
+            parts: ViewParts { largest, first: 0, count },
         })
     }
 

@@ -6,7 +6,9 @@
 
 #import bevy_contextual_ao::{
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
-    marched_view::{MarchedView, VIEWS},
+    marched_view::{
+        MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray,
+    },
     runs::{THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
     view_ray::{ViewRay, along_ray, samples_of, view_ray},
@@ -28,6 +30,8 @@ struct Part {
 
 @group(1) @binding(0) var<uniform> views: array<MarchedView, VIEWS>;
 @group(1) @binding(1) var<uniform> parts: array<Part, VIEWS>;
+// Lists of the pixels at outlines.
+@group(1) @binding(2) var<storage, read> outlines: array<u32>;
 
 // Voxels of a mask word at even places along all axes.
 const EVEN_VOXELS: u32 = 0x0505u;
@@ -39,9 +43,18 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if any(pixel >= parts[view].end) {
         return;
     }
+    // Rays of outlines take the places of pixels.
+    let first_outline = views[view].first_outline;
+    let slot = outline_slot(views[view], pixel);
+    let is_of_outlines = has_flag(views[view], OF_OUTLINES);
+    if is_of_outlines && slot >= listed_pixels(views[view], outlines[first_outline]) {
+        return;
+    }
+    let place = place_of_ray(views[view], pixel, outlines[first_outline + OUTLINE_HEAD + slot]);
     let margin = parts[view].place_margin;
     let window = views[view].window;
-    let ray = view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
+    let shift = views[view].noise_shift;
+    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
     let count = samples_of(ray);
     var run = first_run(views[view], pixel);
     var slices = slices_of(run);

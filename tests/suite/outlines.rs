@@ -1,0 +1,115 @@
+//! Outlines in multisampled views: of a volume before its background, and of cuts.
+
+use bevy::{
+    camera::Viewport,
+    math::{DVec2, DVec3},
+    prelude::*,
+};
+use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::mode::ShadingMode;
+
+use crate::{
+    exact::assert_exact,
+    integral::{Integral, View, srgb_byte},
+    scene::{IMAGE, TestScene, folded_volume, in_world_units, opaque_ramp},
+    views::{in_front, scene_of},
+};
+
+const HALF: DVec3 = DVec3::new(9.0, 8.0, 10.0);
+
+fn pose(shift: f32) -> Transform {
+    let turn = Quat::from_euler(EulerRot::XYZ, 0.5, -0.8, 1.1);
+    Transform::from_xyz(6.0 + shift, 5.0, 8.0).with_rotation(turn)
+}
+
+/// A solid volume that a turned box carves, in a view with four samples a pixel.
+fn carved(volume: &Volume, mode: ShadingMode) -> (TestScene, Entity) {
+    let mut scene = scene_of(volume.clone(), opaque_ramp(), mode);
+    let camera = scene.camera();
+    scene.world().entity_mut(camera).insert(Msaa::Sample4);
+    let carver = scene.carve(Cuboid::from_size((2.0 * HALF).as_vec3()), ClipMesh::default(), pose(0.0));
+    scene.settle();
+    (scene, carver)
+}
+
+fn set_rays(scene: &mut TestScene, rays: u32) {
+    let volume = scene.volume;
+    scene.world().get_mut::<VolumeShading>(volume).expect("shading").outline_rays = rays;
+    scene.settle();
+    scene.headless.frames(2);
+}
+
+fn volume() -> Volume {
+    folded_volume(UVec3::new(34, 30, 36), DVec3::ONE)
+}
+
+#[test]
+fn outlines_are_means_over_their_pixels() {
+    let volume = volume();
+    let (mut scene, _) = carved(&volume, ShadingMode::Solid);
+    let from_box = pose(0.0).to_matrix().as_dmat4().inverse();
+    let is_clipped = |p: DVec3| from_box.transform_point3(p).abs().cmplt(HALF).all();
+    let integral = Integral { is_clipped: &is_clipped, ..Integral::of(&volume, &opaque_ramp()) };
+    let camera = scene.camera();
+    let view = View::of(&mut scene, camera, IMAGE);
+    // The mean over 16 places in a pixel, and how much they differ.
+    let expected = |pixel: UVec2| {
+        let at = |k: u32| {
+            let place = (DVec2::new(f64::from(k % 4), f64::from(k / 4)) + 0.5) / 4.0;
+            in_front(integral.pixel_at(&view, pixel.as_dvec2() + place))
+        };
+        let colors: Vec<_> = (0..16).map(at).collect();
+        let low = colors.iter().copied().fold(DVec3::MAX, DVec3::min);
+        let high = colors.iter().copied().fold(DVec3::MIN, DVec3::max);
+        (colors.iter().sum::<DVec3>() / 16.0, (high - low).max_element())
+    };
+    let pixels = (0..IMAGE.element_product()).map(|index| UVec2::new(index % IMAGE.x, index / IMAGE.x));
+    let outline: Vec<_> = pixels
+        .map(|pixel| (pixel, expected(pixel)))
+        .filter(|(_, (_, spread))| *spread > 0.1)
+        .map(|(pixel, (mean, _))| (pixel, mean.to_array().map(srgb_byte)))
+        .collect();
+    assert!(outline.len() > 100, "{} pixels at outlines", outline.len());
+    let off = |scene: &TestScene| {
+        let image = scene.headless.image();
+        let errors = outline.iter().map(|(pixel, expected)| {
+            let place = 4 * (pixel.y * IMAGE.x + pixel.x) as usize;
+            let difference = |channel: usize| (f64::from(image[place + channel]) - expected[channel]).abs();
+            (0..3).map(difference).fold(0.0, f64::max)
+        });
+        errors.sum::<f64>() / outline.len() as f64
+    };
+    let errors = [1, 4, 8, 32].map(|rays| {
+        set_rays(&mut scene, rays);
+        off(&scene)
+    });
+    println!("{} pixels at outlines, off by {errors:.1?} bytes by 1, 4, 8 and 32 rays", outline.len());
+    // The expected colours are means of 16 themselves.
+    assert!(errors[1] < 0.5 * errors[0] && errors[2] < 0.35 * errors[0], "off by {errors:?} bytes");
+    assert!(errors[3] < 0.2 * errors[0], "off by {errors:?} bytes");
+}
+
+#[test]
+fn outlines_are_exact() {
+    let (mut scene, carver) = carved(&volume(), ShadingMode::Cao);
+    let camera = scene.camera();
+    for step in 0..3u8 {
+        scene.move_carver(carver, pose(f32::from(step)));
+        assert_exact(&mut scene, "outlines");
+        let turn = Quat::from_rotation_y(0.1);
+        scene.world().get_mut::<Transform>(camera).expect("a place").rotate_around(Vec3::ZERO, turn);
+    }
+    // Two halves of the image, seen by two cameras.
+    let size = UVec2::new(IMAGE.x / 2, IMAGE.y);
+    let half = |order: u32| {
+        let viewport =
+            Viewport { physical_position: UVec2::new(order * size.x, 0), physical_size: size, ..default() };
+        let clear_color = if order == 0 { default() } else { ClearColorConfig::None };
+        Camera { viewport: Some(viewport), order: order as isize, clear_color, ..default() }
+    };
+    let other = scene.headless.camera();
+    let place = in_world_units(Transform::from_xyz(-40.0, 30.0, 60.0)).looking_at(Vec3::ZERO, Vec3::Y);
+    scene.world().entity_mut(camera).insert(half(0));
+    scene.world().spawn((other, place)).insert((Msaa::Sample4, half(1)));
+    assert_exact(&mut scene, "outlines of two views");
+}
