@@ -416,6 +416,7 @@ fn outlines_of_meshes_mix_with_a_volume() {
     let sum: f64 = differences.clone().sum();
     let (mean, most) = (sum / outline.len() as f64, differences.fold(0.0, f64::max));
     println!("{} pixels of the outline, off by {mean:.2} bytes, at most {most:.1}", outline.len());
-    // The ray of a pixel's centre stands for all of its samples: 2.2 on average. With one depth for all it is 12.
-    assert!(mean < 3.0 && most < 16.0, "off by {mean} bytes, at most {most}");
+    // The ray of a pixel's centre stands for all of its samples: 2.2 on average. With one depth for all it is 12, and 82 at
+    // most. Where an edge touches a sample, the device's rounding decides a quarter of a pixel.
+    assert!(mean < 3.0 && most < 40.0, "off by {mean} bytes, at most {most}");
 }
