@@ -263,8 +263,7 @@ struct FragmentOutput {
 // The ray through a place of the view, pixels.
 fn ray_through(place: vec2<f32>) -> ViewRay {
     let window = marched_view.window;
-    let shift = marched_view.noise_shift;
-    return view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
+    return view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
 }
 
 #ifndef ISOSURFACE

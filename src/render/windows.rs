@@ -74,8 +74,6 @@ pub(crate) struct VolumeWindow {
     pub is_mirrored: bool,
     /// Number of rays of each pixel at an outline; 0 if all pixels have one.
     pub outline_rays: u32,
-    /// Added to the noise that moves the starts of rays, [0, 1).
-    pub noise_shift: f32,
 }
 
 impl VolumeWindow {
@@ -150,7 +148,6 @@ fn window(
         clip_from_local,
         is_mirrored,
         outline_rays: if msaa.samples() > 1 { volume.outline_rays() } else { 0 },
-        noise_shift: 0.0,
     })
 }
 
@@ -206,7 +203,6 @@ mod tests {
             clip_from_local: far,
             is_mirrored: false,
             outline_rays: 0,
-            noise_shift: 0.0,
         };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");

@@ -72,8 +72,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
     let first = at;
     let window = views[view].window;
-    let shift = views[view].noise_shift;
-    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
+    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
     // Whether the runs behind the present place are this ray's own, of an earlier frame.
     var is_owned = has_flag(views[view], HAS_RUNS);
     var march = begin_march(ray);

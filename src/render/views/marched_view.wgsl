@@ -29,8 +29,6 @@ struct MarchedView {
     // Word of the list of outlines at which that of this view begins, and most pixels in it; 0 pixels: no outlines.
     first_outline: u32,
     most_outlines: u32,
-    // Added to the noise that moves the starts of rays, [0, 1).
-    noise_shift: f32,
 }
 
 // The runs of an earlier frame are there.

@@ -2,6 +2,7 @@
 
 pub(super) mod dispatch;
 pub(super) mod march;
+mod outline_lists;
 mod outlines;
 pub(super) mod runs;
 

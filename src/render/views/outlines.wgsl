@@ -28,8 +28,7 @@ struct Meeting {
 
 fn ray_of(view: u32, pixel: vec2<u32>) -> ViewRay {
     let window = views[view].window;
-    let shift = views[view].noise_shift;
-    return view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view, shift);
+    return view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
 }
 
 fn meeting_at(view: u32, pixel: vec2<u32>) -> Meeting {

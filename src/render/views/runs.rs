@@ -9,7 +9,10 @@ use bevy::{
     },
 };
 
-use super::dispatch::{ViewArray, ViewParts};
+use super::{
+    dispatch::{ViewArray, ViewParts},
+    outline_lists::{OUTLINE_HEAD, largest_of, lists, outline_words, pixels_of, rays_of_outlines},
+};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::Optimizations,
@@ -90,20 +93,14 @@ pub(crate) struct MarchedViewUniform {
     flags: u32,
     first_outline: u32,
     most_outlines: u32,
-    noise_shift: f32,
 }
 
 /// Flags of a view, as in WGSL.
 const HAS_RUNS: u32 = 1;
 const IS_MIRRORED: u32 = 2;
 const OF_OUTLINES: u32 = 4;
-
-/// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
-const OUTLINE_HEAD: u64 = 1;
 /// First bit of the number of rays for each pixel of an outline.
-const OUTLINE_RAYS: u32 = 16;
-/// One of this many pixels may be at an outline.
-const OUTLINE_SHARE: u64 = 4;
+const OUTLINE_RAYS_BIT: u32 = 16;
 
 /// A pixel in 32 bits, as `unpack_pixel` reads it.
 fn pack_pixel(pixel: UVec2) -> u32 {
@@ -115,8 +112,8 @@ impl MarchedViewUniform {
         Self {
             window: window.uniform,
             clip_from_local: window.clip_from_local,
-            flags: (window.outline_rays << OUTLINE_RAYS) | if window.is_mirrored { IS_MIRRORED } else { 0 },
-            noise_shift: window.noise_shift,
+            flags: (window.outline_rays << OUTLINE_RAYS_BIT)
+                | if window.is_mirrored { IS_MIRRORED } else { 0 },
             ..default()
         }
     }
@@ -221,7 +218,7 @@ impl ViewRuns {
         for (index, (window, &[first_run, end_run])) in windows.iter().zip(&room).enumerate() {
             let has_same_place = |before: &&MarchedViewUniform| {
                 (before.window, before.first_run, before.end_run) == (window.uniform, first_run, end_run)
-                    && before.flags >> OUTLINE_RAYS == window.outline_rays
+                    && before.flags >> OUTLINE_RAYS_BIT == window.outline_rays
             };
             let is_same = !is_new
                 && self.entities.get(index) == Some(&window.view)
@@ -350,42 +347,6 @@ fn run_buffer(label: &'static str, size: u64, device: &RenderDevice) -> Buffer {
 /// First byte of a view's further runs.
 fn further_offset(index: usize) -> u64 {
     4 * FURTHER_WORDS * index as u64
-}
-
-fn pixels_of(window: &WindowUniform) -> u64 {
-    (window.end - window.first).as_u64vec2().element_product()
-}
-
-/// Size of the largest window, pixels.
-fn largest_of(windows: impl Iterator<Item = WindowUniform>) -> UVec2 {
-    windows.map(|window| window.end - window.first).fold(UVec2::ZERO, UVec2::max)
-}
-
-/// A window with a place for each ray of a view's outlines: as wide, and higher.
-fn rays_of_outlines(window: &VolumeWindow) -> WindowUniform {
-    let WindowUniform { first, end, .. } = window.uniform;
-    let rows = (window.outline_rays * (end.y - first.y)).div_ceil(OUTLINE_SHARE as u32);
-    WindowUniform { end: UVec2::new(end.x, first.y + rows), ..window.uniform }
-}
-
-/// Most pixels in a window's list of outlines.
-fn most_outlines(window: &VolumeWindow) -> u64 {
-    pixels_of(&window.uniform) / OUTLINE_SHARE
-}
-
-/// Words of a window's list of outlines, and of the places of its pixels in it.
-fn outline_words(window: &VolumeWindow) -> u64 {
-    OUTLINE_HEAD + most_outlines(window) + pixels_of(&window.uniform)
-}
-
-/// First word of each window's list of outlines, and most pixels in it.
-fn lists<'w>(windows: impl Iterator<Item = &'w VolumeWindow>) -> impl Iterator<Item = [u32; 2]> {
-    let mut first = 0;
-    windows.map(move |window| {
-        let list = [first as u32, most_outlines(window) as u32];
-        first += outline_words(window);
-        list
-    })
 }
 
 /// First and end run of windows, by their pixels. Where there is too little room, later windows get less or none.

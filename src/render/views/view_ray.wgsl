@@ -36,13 +36,12 @@ fn noise(pixel: vec2<f32>) -> f32 {
     return textureLoad(lookup_table, vec2(place.y * NOISE_SIDE + place.x, NOISE_ROW), 0).r;
 }
 
-// The ray through a place, pixels. `noise_shift` is added to the noise that moves its start.
+// The ray through a place, pixels.
 fn view_ray(
     pixel: vec2<f32>,
     viewport: vec4<f32>,
     view_from_clip: mat4x4<f32>,
     world_from_view: mat4x4<f32>,
-    noise_shift: f32,
 ) -> ViewRay {
     let ndc = (pixel - viewport.xy) / viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
     let near_clip = view_from_clip * vec4(ndc, 1.0, 1.0);
@@ -72,7 +71,7 @@ fn view_ray(
     ray.end_mm = min(exits.x, min(exits.y, exits.z));
     ray.near_depth = -near_view.z;
     ray.depth_per_mm = -direction_view.z / length(along);
-    ray.offset = mix(0.5, fract(noise(pixel) + noise_shift), volume.jitter_share);
+    ray.offset = mix(0.5, noise(pixel), volume.jitter_share);
     return ray;
 }
 

@@ -53,8 +53,7 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let place = place_of_ray(views[view], pixel, outlines[first_outline + OUTLINE_HEAD + slot]);
     let margin = parts[view].place_margin;
     let window = views[view].window;
-    let shift = views[view].noise_shift;
-    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view, shift);
+    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
     let count = samples_of(ray);
     var run = first_run(views[view], pixel);
     var slices = slices_of(run);

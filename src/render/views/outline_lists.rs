@@ -1,0 +1,47 @@
+//! Sizes of the lists of pixels at outlines (`outlines.wgsl`), and of what their rays take.
+
+use bevy::prelude::*;
+
+use crate::render::windows::{VolumeWindow, WindowUniform};
+
+/// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
+pub(super) const OUTLINE_HEAD: u64 = 1;
+/// One of this many pixels may be at an outline.
+const OUTLINE_SHARE: u64 = 4;
+
+/// Number of a window's pixels.
+pub(super) fn pixels_of(window: &WindowUniform) -> u64 {
+    (window.end - window.first).as_u64vec2().element_product()
+}
+
+/// Size of the largest window, pixels.
+pub(super) fn largest_of(windows: impl Iterator<Item = WindowUniform>) -> UVec2 {
+    windows.map(|window| window.end - window.first).fold(UVec2::ZERO, UVec2::max)
+}
+
+/// A window with a place for each ray of a view's outlines: as wide, and higher.
+pub(super) fn rays_of_outlines(window: &VolumeWindow) -> WindowUniform {
+    let WindowUniform { first, end, .. } = window.uniform;
+    let rows = (window.outline_rays * (end.y - first.y)).div_ceil(OUTLINE_SHARE as u32);
+    WindowUniform { end: UVec2::new(end.x, first.y + rows), ..window.uniform }
+}
+
+/// Most pixels in a window's list of outlines.
+fn most_outlines(window: &VolumeWindow) -> u64 {
+    pixels_of(&window.uniform) / OUTLINE_SHARE
+}
+
+/// Words of a window's list of outlines, and of the places of its pixels in it.
+pub(super) fn outline_words(window: &VolumeWindow) -> u64 {
+    OUTLINE_HEAD + most_outlines(window) + pixels_of(&window.uniform)
+}
+
+/// First word of each window's list of outlines, and most pixels in it.
+pub(super) fn lists<'w>(windows: impl Iterator<Item = &'w VolumeWindow>) -> impl Iterator<Item = [u32; 2]> {
+    let mut first = 0;
+    windows.map(move |window| {
+        let list = [first as u32, most_outlines(window) as u32];
+        first += outline_words(window);
+        list
+    })
+}
