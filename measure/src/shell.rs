@@ -17,7 +17,7 @@ use crate::{
     Options,
     counting::ball,
     figures::{FrameTimes, merged, ratio},
-    stage::{Stage, to_and_fro},
+    stage::{Samples, Stage, to_and_fro},
 };
 use contextual_ao_kit::{
     carver::{Carver, Shape},
@@ -203,25 +203,31 @@ pub fn peer_frames(stage: &mut Stage, mode: ShadingMode, options: &Options) -> R
     Ok(Measured { times, work, clipped })
 }
 
-/// Samples of a pixel, and rays of a pixel at an outline, with which the scene is measured by the default filter.
-const PEER_SAMPLES: [(Msaa, u32); 3] = [(Msaa::Sample4, 1), (Msaa::Sample4, 4), (Msaa::Sample4, 8)];
+/// Samples with which the scene is measured by the default filter.
+const PEER_SAMPLES: [Samples; 4] = [
+    Samples { msaa: Msaa::Sample4, outline_rays: 1, over_frames: false },
+    Samples { msaa: Msaa::Sample4, outline_rays: 4, over_frames: false },
+    Samples { msaa: Msaa::Sample4, outline_rays: 8, over_frames: false },
+    Samples { over_frames: true, ..Samples::ONE },
+];
 
-/// Measures the scene of `benches/peers` by each filter in each mode, and with smooth outlines.
+/// Measures the scene of `benches/peers` by each filter in each mode, with smooth outlines, and over frames.
 pub fn peer(options: &Options) -> Result<(), String> {
     let mut stage = beside_peers(PEER_IMAGE, options)?;
-    let filters = peer_cases().map(|(filter, mode)| (filter, mode, (Msaa::Off, 1)));
+    let filters = peer_cases().map(|(filter, mode)| (filter, mode, Samples::ONE));
     let sampled = PEER_SAMPLES
         .into_iter()
         .flat_map(|samples| PEER_MODES.map(|mode| (Reconstruction::default(), mode, samples)));
-    for (filter, mode, (msaa, outline_rays)) in filters.chain(sampled) {
+    for (filter, mode, samples) in filters.chain(sampled) {
         stage.set_reconstruction(filter);
-        stage.set_samples(msaa, outline_rays);
+        stage.set_samples(samples);
         let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({
             "mode": mode.name(),
             "reconstruction": filter.name(),
-            "msaa": msaa.samples(),
-            "outline_rays": outline_rays,
+            "msaa": samples.msaa.samples(),
+            "outline_rays": samples.outline_rays,
+            "over_frames": samples.over_frames,
             "frames": options.frames,
             "recast_voxels": work.voxels,
             "samples": work.samples,

@@ -1,6 +1,11 @@
 //! A scene that is changed from frame to frame, timed and counted.
 
-use bevy::{prelude::*, render::renderer::RenderAdapterInfo};
+use bevy::{
+    anti_alias::taa::TemporalAntiAliasing,
+    core_pipeline::prepass::MotionVectorPrepass,
+    prelude::*,
+    render::{camera::TemporalJitter, renderer::RenderAdapterInfo},
+};
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     diagnostics::{
@@ -32,6 +37,21 @@ pub struct Stage {
     shading: VolumeShading,
     /// Camera of the second eye and its transform, while it is open.
     second_eye: Option<(Entity, Transform)>,
+}
+
+/// How a pixel is sampled.
+#[derive(Clone, Copy)]
+pub struct Samples {
+    pub msaa: Msaa,
+    /// Rays of a pixel at an outline.
+    pub outline_rays: u32,
+    /// Whether frames are averaged (TAA).
+    pub over_frames: bool,
+}
+
+impl Samples {
+    /// One sample a pixel.
+    pub const ONE: Self = Self { msaa: Msaa::Off, outline_rays: 1, over_frames: false };
 }
 
 /// Steps that a carver moves away before it turns back.
@@ -120,11 +140,15 @@ impl Stage {
         }
     }
 
-    /// Sets the samples of a pixel, and its rays at an outline.
-    pub fn set_samples(&mut self, msaa: Msaa, outline_rays: u32) {
+    /// Sets how pixels are sampled.
+    pub fn set_samples(&mut self, Samples { msaa, outline_rays, over_frames }: Samples) {
         let (camera, volume) = (self.scene.camera, self.scene.volume);
         let world = self.world();
-        world.entity_mut(camera).insert(msaa);
+        let mut entity = world.entity_mut(camera);
+        entity.insert(msaa).remove::<(TemporalAntiAliasing, TemporalJitter, MotionVectorPrepass)>();
+        if over_frames {
+            entity.insert(TemporalAntiAliasing::default());
+        }
         if let Some(mut shading) = world.get_mut::<VolumeShading>(volume) {
             shading.outline_rays = outline_rays;
         }

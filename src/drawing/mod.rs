@@ -1,25 +1,33 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
-//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`.
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; behind them,
+//! `motion_vectors`.
 
 mod attach;
 mod depth_prepass;
+mod motion_vectors;
 mod phase;
 mod pipeline;
 
 use bevy::{
     asset::embedded_asset,
     camera::visibility::VisibilitySystems,
-    core_pipeline::core_3d::Transparent3d,
+    core_pipeline::{Core3d, Core3dSystems, core_3d::Transparent3d},
     pbr::MeshPipelineSystems,
     prelude::*,
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
         render_phase::AddRenderCommand, render_resource::SpecializedRenderPipelines,
     },
+    shader::load_shader_library,
 };
 
-use crate::{clip::ClipSystems, occlusion::fit_occlusion, render::DeviceSupport, volume::VolumeSystems};
+use crate::{
+    clip::ClipSystems,
+    occlusion::fit_occlusion,
+    render::{DeviceSupport, ShadesViews},
+    volume::VolumeSystems,
+};
 
 /// Sets of the drawing plugin's systems, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
@@ -36,6 +44,8 @@ pub(crate) struct VolumeDrawingPlugin;
 
 impl Plugin for VolumeDrawingPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "drawn_box.wgsl");
+        embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_observer(depth_prepass::leave_to_user).add_systems(
             PostUpdate,
@@ -63,14 +73,20 @@ impl Plugin for VolumeDrawingPlugin {
         render_app
             .insert_resource(variants)
             .init_gpu_resource::<phase::DrawnVolumes>()
+            .init_gpu_resource::<motion_vectors::Motions>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
             .add_render_command::<Transparent3d, phase::DrawFarSamples>()
             .add_render_command::<Transparent3d, phase::DrawOutlines>()
             .add_systems(
                 RenderStartup,
-                init_gpu_resource::<pipeline::DrawPipeline>
+                (
+                    init_gpu_resource::<pipeline::DrawPipeline>,
+                    init_gpu_resource::<motion_vectors::MotionPipeline>,
+                )
+                    .chain()
                     .after(MeshPipelineSystems)
                     .run_if(resource_exists::<DeviceSupport>),
             )
@@ -79,8 +95,18 @@ impl Plugin for VolumeDrawingPlugin {
                 (
                     phase::queue_volumes.in_set(RenderSystems::Queue),
                     pipeline::find_ready.in_set(RenderSystems::PrepareResources),
-                    phase::bind_volumes.in_set(RenderSystems::PrepareBindGroups),
+                    (phase::bind_volumes, motion_vectors::prepare_motions)
+                        .chain()
+                        .in_set(RenderSystems::PrepareBindGroups),
                 )
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Core3d,
+                motion_vectors::write_motion_vectors
+                    .after(Core3dSystems::MainPass)
+                    .after(ShadesViews)
+                    .before(Core3dSystems::EarlyPostProcess)
                     .run_if(resource_exists::<DeviceSupport>),
             );
     }

@@ -48,6 +48,13 @@ pub(super) struct DrawnVolumes {
 /// lookup table, and what the method makes.
 type Bound = ([BufferId; 4], [TextureViewId; 4]);
 
+impl DrawnVolumes {
+    /// Bind group of the volume in a box.
+    pub fn group_of(&self, drawn_box: MainEntity) -> Option<BindGroup> {
+        self.by_box.get(&drawn_box).map(|(_, group)| group.clone())
+    }
+}
+
 /// Draws a volume in a view.
 pub(super) type DrawVolume =
     (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<ALL_RAYS>);

@@ -30,16 +30,17 @@
 #endif
 #import bevy_contextual_ao::{
     classification::{EXTINCTIONS, classify},
+    drawn_box::corner_of_box,
     gradients::gradient_at,
     orientation::{Cut, NO_CUT},
-    marched_view::{IS_MIRRORED, MarchedView, NOT_LISTED, has_flag, listed_pixels, outline_offset, outline_rays, word_of_slot},
+    marched_view::{MarchedView, NOT_LISTED, listed_pixels, outline_offset, outline_rays, ray_through, word_of_slot},
     next_run::{intensity_at, march_behind, next_run},
     preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place, value_at},
     reconstruction::sharp_at_place,
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, run_at, runs},
     shading::shade,
-    view_ray::{OPAQUE, ViewRay, view_ray},
+    view_ray::{OPAQUE, ViewRay},
     volume_bindings::{edge_sampler, volume},
 }
 
@@ -192,15 +193,9 @@ fn slot_of_pixel(pixel: vec2<u32>) -> u32 {
     return outlines[word_of_slot(marched_view, pixel)];
 }
 
-// A corner of the volume's box, as one triangle strip around it.
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let masks = vec3(0x287au, 0x02afu, 0x31e3u);
-    var corner = vec3<f32>((masks >> vec3(index)) & vec3(1u));
-    // The other way round, so that the faces still face outwards.
-    corner.x = select(corner.x, 1.0 - corner.x, has_flag(marched_view, IS_MIRRORED));
-    let local = volume.local_from_voxel * vec4(corner * vec3<f32>(volume.dimensions) - 0.5, 1.0);
-    return marched_view.clip_from_local * local;
+    return corner_of_box(marched_view, index);
 }
 
 #ifdef DEPTH_PREPASS
@@ -260,12 +255,6 @@ struct FragmentOutput {
 #endif
 }
 
-// The ray through a place of the view, pixels.
-fn ray_through(place: vec2<f32>) -> ViewRay {
-    let window = marched_view.window;
-    return view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
-}
-
 #ifndef ISOSURFACE
 // What a ray sees, from its first run on.
 fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
@@ -304,7 +293,7 @@ fn pixel_of_outline(position: vec4<f32>, slot: u32) -> Pixel {
     let rays = outline_rays(marched_view);
     var sum = Pixel(vec3(0.0), 0.0);
     for (var k = 0u; k < rays; k += 1u) {
-        var ray = ray_through(floor(position.xy) + outline_offset(marched_view, k));
+        var ray = ray_through(marched_view, floor(position.xy) + outline_offset(marched_view, k));
         ray.end_mm = samples_of_pixel(ray, position).end_mm;
         let run = run_at(marched_view, marched_view.first_run + rays * slot + k);
         let seen = completed(pixel_of_ray(ray, run));
@@ -316,7 +305,7 @@ fn pixel_of_outline(position: vec4<f32>, slot: u32) -> Pixel {
 
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
-    var ray = ray_through(position.xy);
+    var ray = ray_through(marched_view, position.xy);
     let samples = samples_of_pixel(ray, position);
     ray.end_mm = samples.end_mm;
 #ifdef FAR_SAMPLES

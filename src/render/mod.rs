@@ -42,6 +42,7 @@ pub(crate) use carvers::clip_maps::ClipMaps;
 pub(crate) use extract::ExtractedScene;
 pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
+pub(crate) use gpu::frame::ShadesViews;
 pub(crate) use gpu::kept_group::KeptGroup;
 pub(crate) use gpu::render_pipelines::variants_are_ready;
 pub(crate) use gpu::uniforms::BuffersOf;
@@ -59,11 +60,12 @@ pub(crate) use views::{
     dispatch::ViewArray,
     runs::{BOX_VERTICES, MarchedViewUniform, RUNS_BINDING, VolumeRuns},
 };
+pub(crate) use volumes::contents::MarchVariant;
 pub use volumes::{
     kept::MethodResources,
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
-pub(crate) use windows::shows;
+pub(crate) use windows::{VolumeInView, VolumeWindows, shows};
 
 /// System sets of the passes, in the render world.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]

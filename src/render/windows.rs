@@ -1,6 +1,7 @@
 //! Windows of views onto volumes, found once a frame.
 
 use bevy::{
+    diagnostic::FrameCount,
     ecs::{query::QueryData, system::SystemParam},
     math::Vec4Swizzles,
     platform::collections::HashMap,
@@ -61,6 +62,7 @@ pub(crate) struct View {
 #[derive(SystemParam)]
 pub(crate) struct Views<'w, 's> {
     cameras: Query<'w, 's, View, With<ExtractedCamera>>,
+    frame: Res<'w, FrameCount>,
 }
 
 /// Window of a view onto one volume.
@@ -70,10 +72,15 @@ pub(crate) struct VolumeWindow {
     pub uniform: WindowUniform,
     /// Transform from volume space (mm) to clip space.
     pub clip_from_local: Mat4,
+    /// The same without the projection's jitter.
+    pub unjittered: Mat4,
     /// Whether the view shows the voxels mirrored, so that the faces of their box have the other winding.
     pub is_mirrored: bool,
     /// Number of rays of each pixel at an outline; 0 if all pixels have one.
     pub outline_rays: u32,
+    /// Shift of the noise in this frame. Views whose projection is jittered, for an average over frames, have another one
+    /// in each.
+    pub noise_shift: f32,
 }
 
 impl VolumeWindow {
@@ -114,7 +121,7 @@ impl Views<'_, '_> {
         self.cameras
             .iter()
             .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
-            .filter_map(|view| window(&view, volume))
+            .filter_map(|view| window(&view, volume, self.frame.0))
     }
 }
 
@@ -127,6 +134,7 @@ pub(crate) fn shows(visible: &RenderVisibleEntities, drawn_box: MainEntity) -> b
 fn window(
     ViewItem { entity, view, jitter, msaa, .. }: &ViewItem,
     volume: &ExtractedVolume,
+    frame: u32,
 ) -> Option<VolumeWindow> {
     let viewport = view.viewport.as_vec4();
     let mut clip_from_view = view.clip_from_view;
@@ -134,7 +142,8 @@ fn window(
         jitter.jitter_projection(&mut clip_from_view, viewport.zw());
     }
     let world_from_view = view.world_from_view.to_matrix();
-    let clip_from_local = clip_from_view * world_from_view.inverse() * Mat4::from(volume.world_from_local);
+    let view_from_local = world_from_view.inverse() * Mat4::from(volume.world_from_local);
+    let clip_from_local = clip_from_view * view_from_local;
     let (first, end) =
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
@@ -146,9 +155,16 @@ fn window(
         view: *entity,
         uniform,
         clip_from_local,
+        unjittered: view.clip_from_view * view_from_local,
         is_mirrored,
+        noise_shift: jitter.map_or(0.0, |_| noise_shift(frame)),
         outline_rays: if msaa.samples() > 1 { volume.outline_rays() } else { 0 },
     })
+}
+
+/// Shift of the noise in a frame, [0, 1): steps of the golden ratio, so that any number of frames fill the range evenly.
+fn noise_shift(frame: u32) -> f32 {
+    (f64::from(frame) * (0.5 * (5f64.sqrt() - 1.0))).fract() as f32
 }
 
 /// First and end pixel of a box's image, in a viewport given by origin and size.
@@ -201,8 +217,10 @@ mod tests {
             view: Entity::PLACEHOLDER,
             uniform: WindowUniform { viewport, first, end, ..default() },
             clip_from_local: far,
+            unjittered: far,
             is_mirrored: false,
             outline_rays: 0,
+            noise_shift: 0.0,
         };
         let half = |side: f32| UNIT.map(|corner| Vec3::new(side.max(side * corner.x), corner.y, corner.z));
         let right = window.around(&[half(1.0)]).expect("half of the box is seen");

@@ -3,7 +3,7 @@
 
 use bevy::{
     asset::AssetId,
-    core_pipeline::tonemapping::Tonemapping,
+    core_pipeline::{prepass::MotionVectorPrepass, tonemapping::Tonemapping},
     math::DVec3,
     prelude::*,
     render::{
@@ -108,6 +108,7 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     let mut scene = TestScene::new(volume, translucent_ramp(), few_rays(), ShadingMode::Cao);
     scene.settle();
     let (camera, volume) = (scene.camera(), scene.volume);
+    scene.world().entity_mut(camera).insert(MotionVectorPrepass);
     for tonemapping in [Tonemapping::Reinhard, Tonemapping::TonyMcMapface, Tonemapping::None] {
         scene.world().entity_mut(camera).insert(tonemapping);
         let blur = tonemapping != Tonemapping::None;
@@ -119,7 +120,9 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     }
     let mut shaders = in_all_variants(drawn(&scene, "drawing/volume.wgsl"));
     assert!(shaders.len() >= 3 * 24, "{} variants of drawing", shaders.len());
-    for (file, least) in [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2)] {
+    let others =
+        [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2), ("drawing/motion_vectors.wgsl", 1)];
+    for (file, least) in others {
         let drawn = drawn(&scene, file);
         assert!(drawn.len() >= least, "{} variants of {file}", drawn.len());
         shaders.extend(drawn);

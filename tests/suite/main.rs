@@ -4,6 +4,7 @@
 
 use contextual_ao_kit::{device, headless, small_scene as scene};
 
+mod antialiasing;
 mod assets;
 mod awkward;
 mod awkward_data;

@@ -2,7 +2,7 @@
 
 use bevy::{
     camera::Viewport,
-    math::{DVec2, DVec3},
+    math::{DMat4, DVec2, DVec3},
     prelude::*,
 };
 use bevy_contextual_ao::prelude::*;
@@ -23,7 +23,7 @@ fn pose(shift: f32) -> Transform {
 }
 
 /// A solid volume that a turned box carves, in a view with four samples a pixel.
-fn carved(volume: &Volume, mode: ShadingMode) -> (TestScene, Entity) {
+pub fn carved(volume: &Volume, mode: ShadingMode) -> (TestScene, Entity) {
     let mut scene = scene_of(volume.clone(), opaque_ramp(), mode);
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert(Msaa::Sample4);
@@ -39,49 +39,66 @@ fn set_rays(scene: &mut TestScene, rays: u32) {
     scene.headless.frames(2);
 }
 
-fn volume() -> Volume {
+pub fn volume() -> Volume {
     folded_volume(UVec3::new(34, 30, 36), DVec3::ONE)
+}
+
+/// A pixel at an outline, and its expected bytes.
+pub type OutlinePixel = (UVec2, [f64; 3]);
+
+/// Pixels at outlines of the carved volume, moved by `shift_mm`. Each has the mean over 16 places in it.
+pub fn outline_of(scene: &mut TestScene, volume: &Volume, shift_mm: DVec3) -> Vec<OutlinePixel> {
+    let from_box = pose(0.0).to_matrix().as_dmat4().inverse();
+    let is_clipped = |p: DVec3| from_box.transform_point3(p).abs().cmplt(HALF).all();
+    let mut integral = Integral { is_clipped: &is_clipped, ..Integral::of(volume, &opaque_ramp()) };
+    integral.world_from_local *= DMat4::from_translation(shift_mm);
+    let camera = scene.camera();
+    let view = View::of(scene, camera, IMAGE);
+    let color_at = |place: DVec2| in_front(integral.pixel_at(&view, place));
+    let spread = |colors: &[DVec3]| {
+        let low = colors.iter().copied().fold(DVec3::MAX, DVec3::min);
+        let high = colors.iter().copied().fold(DVec3::MIN, DVec3::max);
+        (high - low).max_element()
+    };
+    let pixels = || (0..IMAGE.element_product()).map(|index| UVec2::new(index % IMAGE.x, index / IMAGE.x));
+    let centers: Vec<_> = pixels().map(|pixel| color_at(pixel.as_dvec2() + 0.5)).collect();
+    let center = |x: u32, y: u32| centers[(y.min(IMAGE.y - 1) * IMAGE.x + x.min(IMAGE.x - 1)) as usize];
+    let may_be_outline = |pixel: &UVec2| {
+        let [x, y] = [pixel.x, pixel.y];
+        let around = [(x, y), (x + 1, y), (x.saturating_sub(1), y), (x, y + 1), (x, y.saturating_sub(1))];
+        spread(&around.map(|(x, y)| center(x, y))) > 0.1
+    };
+    let places = (0..16).map(|k| (DVec2::new(f64::from(k % 4), f64::from(k / 4)) + 0.5) / 4.0);
+    let colors_of = |pixel: UVec2| places.clone().map(|place| color_at(pixel.as_dvec2() + place)).collect();
+    let outline: Vec<_> = pixels()
+        .filter(may_be_outline)
+        .map(|pixel| (pixel, colors_of(pixel)))
+        .filter(|(_, colors): &(_, Vec<DVec3>)| spread(colors) > 0.1)
+        .map(|(pixel, colors)| (pixel, (colors.iter().sum::<DVec3>() / 16.0).to_array().map(srgb_byte)))
+        .collect();
+    assert!(outline.len() > 100, "{} pixels at outlines", outline.len());
+    outline
+}
+
+/// Mean error of pixels at outlines, bytes; of each the largest of its channels.
+pub fn error_at(outline: &[OutlinePixel], scene: &TestScene) -> f64 {
+    let image = scene.headless.image();
+    let errors = outline.iter().map(|(pixel, expected)| {
+        let place = 4 * (pixel.y * IMAGE.x + pixel.x) as usize;
+        let difference = |channel: usize| (f64::from(image[place + channel]) - expected[channel]).abs();
+        (0..3).map(difference).fold(0.0, f64::max)
+    });
+    errors.sum::<f64>() / outline.len() as f64
 }
 
 #[test]
 fn outlines_are_means_over_their_pixels() {
     let volume = volume();
     let (mut scene, _) = carved(&volume, ShadingMode::Solid);
-    let from_box = pose(0.0).to_matrix().as_dmat4().inverse();
-    let is_clipped = |p: DVec3| from_box.transform_point3(p).abs().cmplt(HALF).all();
-    let integral = Integral { is_clipped: &is_clipped, ..Integral::of(&volume, &opaque_ramp()) };
-    let camera = scene.camera();
-    let view = View::of(&mut scene, camera, IMAGE);
-    // The mean over 16 places in a pixel, and how much they differ.
-    let expected = |pixel: UVec2| {
-        let at = |k: u32| {
-            let place = (DVec2::new(f64::from(k % 4), f64::from(k / 4)) + 0.5) / 4.0;
-            in_front(integral.pixel_at(&view, pixel.as_dvec2() + place))
-        };
-        let colors: Vec<_> = (0..16).map(at).collect();
-        let low = colors.iter().copied().fold(DVec3::MAX, DVec3::min);
-        let high = colors.iter().copied().fold(DVec3::MIN, DVec3::max);
-        (colors.iter().sum::<DVec3>() / 16.0, (high - low).max_element())
-    };
-    let pixels = (0..IMAGE.element_product()).map(|index| UVec2::new(index % IMAGE.x, index / IMAGE.x));
-    let outline: Vec<_> = pixels
-        .map(|pixel| (pixel, expected(pixel)))
-        .filter(|(_, (_, spread))| *spread > 0.1)
-        .map(|(pixel, (mean, _))| (pixel, mean.to_array().map(srgb_byte)))
-        .collect();
-    assert!(outline.len() > 100, "{} pixels at outlines", outline.len());
-    let off = |scene: &TestScene| {
-        let image = scene.headless.image();
-        let errors = outline.iter().map(|(pixel, expected)| {
-            let place = 4 * (pixel.y * IMAGE.x + pixel.x) as usize;
-            let difference = |channel: usize| (f64::from(image[place + channel]) - expected[channel]).abs();
-            (0..3).map(difference).fold(0.0, f64::max)
-        });
-        errors.sum::<f64>() / outline.len() as f64
-    };
+    let outline = outline_of(&mut scene, &volume, DVec3::ZERO);
     let errors = [1, 4, 8, 32].map(|rays| {
         set_rays(&mut scene, rays);
-        off(&scene)
+        error_at(&outline, &scene)
     });
     println!("{} pixels at outlines, off by {errors:.1?} bytes by 1, 4, 8 and 32 rays", outline.len());
     // The expected colours are means of 16 themselves.

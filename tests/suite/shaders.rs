@@ -1,5 +1,6 @@
 //! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
-//! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`. `direct`
+//! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`, `antialiasing` those
+//! of `drawing/motion_vectors.wgsl`. `direct`
 //! draws those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes both.
 
 use naga::{Binding, BuiltIn};
@@ -35,6 +36,7 @@ const LIBRARIES: [(&str, &str); 33] = sources![
     "clipping/changes.wgsl",
     "clipping/coverage.wgsl",
     "clipping/emptiness.wgsl",
+    "views/window.wgsl",
     "views/view_ray.wgsl",
     "views/runs.wgsl",
     "views/next_run.wgsl",
@@ -43,7 +45,6 @@ const LIBRARIES: [(&str, &str); 33] = sources![
     "methods/filtering/voxel_density.wgsl",
     "views/cut_surface.wgsl",
     "views/orientation.wgsl",
-    "views/window.wgsl",
     "views/marched_view.wgsl",
     "views/seen.wgsl",
     "methods/screen_space/bindings.wgsl",

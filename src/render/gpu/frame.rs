@@ -16,6 +16,10 @@ use crate::diagnostics::ReportChannel;
 #[derive(Resource, Default)]
 pub(crate) struct TimesByClock(pub bool);
 
+/// Passes of methods over a view, behind its main pass.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct ShadesViews;
+
 /// When the commands of a frame's passes are submitted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Submit {

@@ -48,19 +48,20 @@ impl FromWorld for MarchPass {
         let views = uniform_buffer_sized(true, None);
         let own =
             BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, (views, written, written, written));
-        let pass = |shader_defs: &[&'static str]| {
+        let pass = |reconstruction, by_gradient| {
+            let variant = MarchVariant { reconstruction, by_gradient };
             let descriptor = PassDescriptor {
                 name: "contextual_ao_march",
                 shader: load_embedded_asset!(world, "march.wgsl"),
-                shader_defs: shader_defs.iter().map(|&def| def.into()).collect(),
+                shader_defs: variant.shader_defs().map(Into::into).collect(),
                 before: vec![bricks_layout()],
                 own: &own,
                 ..default()
             };
             ComputePass::new(world, descriptor)
         };
-        let march =
-            [[pass(&[]), pass(&["BY_GRADIENT"])], [pass(&["TRICUBIC"]), pass(&["TRICUBIC", "BY_GRADIENT"])]];
+        let passes = |reconstruction| [false, true].map(|by_gradient| pass(reconstruction, by_gradient));
+        let march = [passes(Reconstruction::Trilinear), passes(Reconstruction::Tricubic)];
         Self { march, outlines: OutlinePass::from_world(world) }
     }
 }
@@ -72,8 +73,7 @@ impl MarchPass {
     }
 
     fn of(&self, variant: MarchVariant) -> &ComputePass {
-        let is_tricubic = variant.reconstruction == Reconstruction::Tricubic;
-        &self.march[usize::from(is_tricubic)][usize::from(variant.by_gradient)]
+        &self.march[usize::from(variant.is_tricubic())][usize::from(variant.by_gradient)]
     }
 
     /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.

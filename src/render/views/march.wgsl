@@ -4,12 +4,12 @@
 
 #import bevy_contextual_ao::{
     marched_view::{
-        HAS_RUNS, MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray, run_of_pixel,
-        unpack_pixel,
+        HAS_RUNS, MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray, ray_through,
+        run_of_pixel, unpack_pixel,
     },
     next_run::{begin_march, next_run},
     runs::{CUT_OFF, NO_RUN, THEN_END, THEN_RUN, THEN_SAMPLES, no_run, pack_run, slices_of, unpack_run},
-    view_ray::{OPAQUE, view_ray},
+    view_ray::OPAQUE,
     window::pixel_of_lane,
 }
 
@@ -71,8 +71,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         return;
     }
     let first = at;
-    let window = views[view].window;
-    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
+    let ray = ray_through(views[view], place);
     // Whether the runs behind the present place are this ray's own, of an earlier frame.
     var is_owned = has_flag(views[view], HAS_RUNS);
     var march = begin_march(ray);

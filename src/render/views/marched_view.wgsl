@@ -8,7 +8,7 @@
 
 #define_import_path bevy_contextual_ao::marched_view
 
-#import bevy_contextual_ao::window::Window
+#import bevy_contextual_ao::{view_ray::{ViewRay, view_ray}, window::Window}
 
 // Views in one dispatch.
 const VIEWS: u32 = 16u;
@@ -29,6 +29,8 @@ struct MarchedView {
     // Word of the list of outlines at which that of this view begins, and most pixels in it; 0 pixels: no outlines.
     first_outline: u32,
     most_outlines: u32,
+    // Shift of the noise in this frame.
+    noise_shift: f32,
 }
 
 // The runs of an earlier frame are there.
@@ -37,6 +39,11 @@ const HAS_RUNS: u32 = 1u;
 const IS_MIRRORED: u32 = 2u;
 // The view has the rays of outlines.
 const OF_OUTLINES: u32 = 4u;
+
+// The ray of a view through a place, pixels.
+fn ray_through(view: MarchedView, place: vec2<f32>) -> ViewRay {
+    return view_ray(place, view.window, view.noise_shift);
+}
 
 fn has_flag(view: MarchedView, flag: u32) -> bool {
     return (view.flags & flag) != 0u;

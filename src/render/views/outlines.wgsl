@@ -2,9 +2,9 @@
 // other. Such a pixel is listed. Several rays, which are marched next, then take the place of the pixel's own ray. If the list has no room for all pixels, all keep their own ray.
 
 #import bevy_contextual_ao::{
-    marched_view::{MarchedView, NOT_LISTED, OUTLINE_HEAD, VIEWS, run_of_pixel, word_of_slot},
+    marched_view::{MarchedView, NOT_LISTED, OUTLINE_HEAD, VIEWS, ray_through, run_of_pixel, word_of_slot},
     runs::{THEN_RUN, slices_of, unpack_run},
-    view_ray::{ViewRay, along_ray, view_ray},
+    view_ray::{ViewRay, along_ray},
     volume_bindings::volume,
     window::pixel_of_lane,
 }
@@ -27,8 +27,7 @@ struct Meeting {
 }
 
 fn ray_of(view: u32, pixel: vec2<u32>) -> ViewRay {
-    let window = views[view].window;
-    return view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
+    return ray_through(views[view], vec2<f32>(pixel) + 0.5);
 }
 
 fn meeting_at(view: u32, pixel: vec2<u32>) -> Meeting {

@@ -93,6 +93,7 @@ pub(crate) struct MarchedViewUniform {
     flags: u32,
     first_outline: u32,
     most_outlines: u32,
+    noise_shift: f32,
 }
 
 /// Flags of a view, as in WGSL.
@@ -112,6 +113,7 @@ impl MarchedViewUniform {
         Self {
             window: window.uniform,
             clip_from_local: window.clip_from_local,
+            noise_shift: window.noise_shift,
             flags: (window.outline_rays << OUTLINE_RAYS_BIT)
                 | if window.is_mirrored { IS_MIRRORED } else { 0 },
             ..default()
@@ -218,6 +220,7 @@ impl ViewRuns {
         for (index, (window, &[first_run, end_run])) in windows.iter().zip(&room).enumerate() {
             let has_same_place = |before: &&MarchedViewUniform| {
                 (before.window, before.first_run, before.end_run) == (window.uniform, first_run, end_run)
+                    && before.noise_shift == window.noise_shift
                     && before.flags >> OUTLINE_RAYS_BIT == window.outline_rays
             };
             let is_same = !is_new

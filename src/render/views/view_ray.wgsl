@@ -2,7 +2,7 @@
 
 #define_import_path bevy_contextual_ao::view_ray
 
-#import bevy_contextual_ao::volume_bindings::{lookup_table, volume}
+#import bevy_contextual_ao::{volume_bindings::{lookup_table, volume}, window::Window}
 
 // A ray is finished at this accumulated opacity.
 const OPAQUE: f32 = 0.99;
@@ -30,20 +30,18 @@ struct ViewRay {
 const NOISE_ROW: u32 = 2u;
 const NOISE_SIDE: u32 = 64u;
 
-// Blue noise (`blue_noise.rs`), (0, 1).
+// Blue noise (`blue_noise.rs`), [0, 1).
 fn noise(pixel: vec2<f32>) -> f32 {
     let place = vec2<u32>(pixel) % NOISE_SIDE;
     return textureLoad(lookup_table, vec2(place.y * NOISE_SIDE + place.x, NOISE_ROW), 0).r;
 }
 
-// The ray through a place, pixels.
-fn view_ray(
-    pixel: vec2<f32>,
-    viewport: vec4<f32>,
-    view_from_clip: mat4x4<f32>,
-    world_from_view: mat4x4<f32>,
-) -> ViewRay {
-    let ndc = (pixel - viewport.xy) / viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
+// The ray through a place, pixels. `noise_shift` is added to the noise that its first interval's length follows.
+fn view_ray(place: vec2<f32>, window: Window, noise_shift: f32) -> ViewRay {
+    let viewport = window.viewport;
+    let view_from_clip = window.view_from_clip;
+    let world_from_view = window.world_from_view;
+    let ndc = (place - viewport.xy) / viewport.zw * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
     let near_clip = view_from_clip * vec4(ndc, 1.0, 1.0);
     let near_view = near_clip.xyz / near_clip.w;
     // An orthographic projection has parallel rays. Its last row is that of the identity.
@@ -71,7 +69,7 @@ fn view_ray(
     ray.end_mm = min(exits.x, min(exits.y, exits.z));
     ray.near_depth = -near_view.z;
     ray.depth_per_mm = -direction_view.z / length(along);
-    ray.offset = mix(0.5, noise(pixel), volume.jitter_share);
+    ray.offset = mix(0.5, fract(noise(place) + noise_shift), volume.jitter_share);
     return ray;
 }
 

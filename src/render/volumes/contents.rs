@@ -40,7 +40,7 @@ impl Contents {
 }
 
 /// What tells the pipelines that follow view rays apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MarchVariant {
     pub reconstruction: Reconstruction,
     /// Whether the transfer function follows the gradient.
@@ -50,6 +50,16 @@ pub(crate) struct MarchVariant {
 impl MarchVariant {
     pub fn of(volume: &ExtractedVolume) -> Self {
         Self { reconstruction: volume.shading.reconstruction, by_gradient: volume.by_gradient }
+    }
+
+    /// Whether intensities are tricubic.
+    pub fn is_tricubic(self) -> bool {
+        self.reconstruction == Reconstruction::Tricubic
+    }
+
+    pub fn shader_defs(self) -> impl Iterator<Item = &'static str> {
+        let tricubic = self.is_tricubic().then_some("TRICUBIC");
+        tricubic.into_iter().chain(self.by_gradient.then_some("BY_GRADIENT"))
     }
 }
 

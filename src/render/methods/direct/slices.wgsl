@@ -135,7 +135,7 @@ fn slices(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let place = texel - 1u;
     let pixel = window.first + place;
-    let ray = view_ray(vec2<f32>(pixel) + 0.5, window.viewport, window.view_from_clip, window.world_from_view);
+    let ray = view_ray(vec2<f32>(pixel) + 0.5, window, 0.0);
     let depth = slicing.first_depth + f32(slice) * slicing.slice_depth;
     let depth_per_mm = dot(slicing.depth_from_local.xyz, ray.direction);
     let along_mm = (depth - dot(slicing.depth_from_local, vec4(ray.near, 1.0))) / depth_per_mm;

@@ -8,10 +8,11 @@
     bricks::{MASK_BLOCK, PENDING, VALID, mask_at, mask_of_box, mask_word},
     marched_view::{
         MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray,
+        ray_through,
     },
     runs::{THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, runs},
-    view_ray::{ViewRay, along_ray, samples_of, view_ray},
+    view_ray::{ViewRay, along_ray, samples_of},
     volume_bindings::volume,
     voxel_masks::voxel_masks,
     window::pixel_of_lane,
@@ -52,8 +53,7 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let place = place_of_ray(views[view], pixel, outlines[first_outline + OUTLINE_HEAD + slot]);
     let margin = parts[view].place_margin;
-    let window = views[view].window;
-    let ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
+    let ray = ray_through(views[view], place);
     let count = samples_of(ray);
     var run = first_run(views[view], pixel);
     var slices = slices_of(run);

@@ -26,7 +26,11 @@ use bevy::{
 use super::pipelines::{AskForPipelines, MethodPipelines, ViewPipelines, ask};
 use crate::{
     occlusion::{MethodSettings, ScreenSpaceOcclusion},
-    render::gpu::{device::DeviceSupport, formats::Formats, frame::are_timed_by_clock},
+    render::gpu::{
+        device::DeviceSupport,
+        formats::Formats,
+        frame::{ShadesViews, are_timed_by_clock},
+    },
 };
 use darken::DarkenPipelines;
 use passes::ScreenSpacePasses;
@@ -65,6 +69,7 @@ impl Plugin for ScreenSpacePlugin {
                 Core3d,
                 (ApplyDeferred.run_if(are_timed_by_clock), shade::shade_view)
                     .chain()
+                    .in_set(ShadesViews)
                     .after(Core3dSystems::MainPass)
                     .before(Core3dSystems::EarlyPostProcess)
                     .run_if(resource_exists::<DeviceSupport>),

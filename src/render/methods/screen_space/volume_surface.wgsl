@@ -101,7 +101,7 @@ fn find_surface(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<u32>(window.viewport.xy) + id.xy;
     if all(pixel >= window.first) && all(pixel < window.end) {
         let place = vec2<f32>(pixel) + 0.5;
-        var ray = view_ray(place, window.viewport, window.view_from_clip, window.world_from_view);
+        var ray = view_ray(place, window, 0.0);
         // The ray ends at the surface found before.
         let nearer_mm = (unpack_surface(texel).depth - ray.near_depth) / ray.depth_per_mm;
         ray.end_mm = min(ray.end_mm, nearer_mm);
