@@ -69,9 +69,9 @@ pub mod prelude {
             Reconstruction, Sky, VolumeLighting, VolumeShading,
         },
         volume::{
-            ControlPoint, GradientPoint, OcclusionReady, PointsAtGradient, Preset, TransferFunction, Volume,
-            Volume3d, VolumeBudget, VolumeFailed, VolumeFailure, VolumeLoaded, VolumeOccluded,
-            VolumeTransferFunction,
+            ControlPoint, GradientPoint, GradientUnit, OcclusionReady, PointsAtGradient, Preset,
+            TransferFunction, Volume, Volume3d, VolumeBudget, VolumeFailed, VolumeFailure, VolumeLoaded,
+            VolumeOccluded, VolumeTransferFunction,
         },
     };
 }

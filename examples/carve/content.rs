@@ -1,5 +1,6 @@
 //! Facts about a volume for the panel.
 
+use bevy::math::Vec3;
 use bevy_contextual_ao::prelude::*;
 
 use super::{digits::significant, joint_histogram::JointHistogram};
@@ -13,8 +14,8 @@ const HISTOGRAM_SAMPLES: usize = 1 << 20;
 pub struct Content {
     /// Dimensions and spacing of the voxels, in one line.
     pub summary: String,
-    /// The smallest distance between voxels, mm.
-    pub voxel_mm: f32,
+    /// Distances between voxels, mm.
+    pub spacing_mm: Vec3,
     /// Smallest and largest value.
     pub range: [f32; 2],
     /// Frequency of values, evenly spaced over the range: 0 to 1, logarithmic.
@@ -29,7 +30,7 @@ impl Content {
         let [x, y, z] = volume.spacing_mm().to_array().map(significant);
         Self {
             summary: format!("{} x {} x {} voxels of {x} x {y} x {z} mm", size.x, size.y, size.z),
-            voxel_mm: volume.spacing_mm().min_element(),
+            spacing_mm: volume.spacing_mm(),
             range: volume.range().map(|value| value as f32),
             histogram: histogram(volume),
             gradients: JointHistogram::of(volume),

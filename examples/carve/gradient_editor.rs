@@ -7,8 +7,9 @@ use bevy_egui::egui::{
 };
 
 use super::{
+    content::Content,
     digits::significant,
-    joint_histogram::{COLUMNS, JointHistogram, ROWS},
+    joint_histogram::{COLUMNS, ROWS},
 };
 
 const HEIGHT: f32 = 90.0;
@@ -42,13 +43,13 @@ pub fn show(
     ui: &mut Ui,
     editor: &mut GradientEditor,
     function: &mut TransferFunction,
-    histogram: &JointHistogram,
-    range: [f32; 2],
+    content: &Content,
     [left, right]: [f32; 2],
 ) {
     let (response, painter) =
         ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
-    let last = function.last_gradient().unwrap_or_default().max(histogram.last_gradient);
+    let of_histogram = content.gradients.last_per_mm * function.gradient_unit.mm(content.spacing_mm);
+    let last = function.last_gradient().unwrap_or_default().max(of_histogram);
     let values = Rect::from_min_max(pos2(left, last), pos2(right, 0.0));
     let to_screen = RectTransform::from_to(values, response.rect);
     let pressed_at =
@@ -72,7 +73,7 @@ pub fn show(
             function.gradient_opacity.remove(index);
         }
     }
-    draw(&painter.with_clip_rect(response.rect), &to_screen, function, histogram, range);
+    draw(&painter.with_clip_rect(response.rect), &to_screen, function, content);
     ui.weak("gradient: double-click adds a point of the opacity's factor, right-click removes it");
     choose_points(ui, editor, function, last);
 }
@@ -136,19 +137,15 @@ fn drag(handle: Handle, function: &mut TransferFunction, to_screen: &RectTransfo
     }
 }
 
-fn draw(
-    painter: &Painter,
-    to_screen: &RectTransform,
-    function: &TransferFunction,
-    histogram: &JointHistogram,
-    [low, high]: [f32; 2],
-) {
+fn draw(painter: &Painter, to_screen: &RectTransform, function: &TransferFunction, content: &Content) {
     let rect = *to_screen.to();
     painter.rect_filled(rect, 3.0, MATT);
     let mut cells = Mesh::default();
-    for (index, frequency) in histogram.frequencies.iter().enumerate().filter(|cell| *cell.1 > 0.0) {
+    let [low, high] = content.range;
+    let last = content.gradients.last_per_mm * function.gradient_unit.mm(content.spacing_mm);
+    for (index, frequency) in content.gradients.frequencies.iter().enumerate().filter(|cell| *cell.1 > 0.0) {
         let value = |column: usize| low + (high - low) * column as f32 / COLUMNS as f32;
-        let gradient = |row: usize| histogram.last_gradient * row as f32 / ROWS as f32;
+        let gradient = |row: usize| last * row as f32 / ROWS as f32;
         let (column, row) = (index % COLUMNS, index / COLUMNS);
         let corners = [(column, row), (column + 1, row + 1)]
             .map(|(column, row)| to_screen.transform_pos(pos2(value(column), gradient(row))));

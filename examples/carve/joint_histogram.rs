@@ -14,7 +14,7 @@ const SHOWN_SHARE: f64 = 0.999;
 /// Frequency of values and gradients, both evenly spaced.
 pub struct JointHistogram {
     /// Gradient at the end of the last row, in the volume file's units per mm.
-    pub last_gradient: f32,
+    pub last_per_mm: f32,
     /// Frequency, 0 to 1, logarithmic. A row has values over the volume's range. Rows are those of longer and longer
     /// gradients.
     pub frequencies: Vec<f32>,
@@ -40,7 +40,7 @@ impl JointHistogram {
         let logarithms = counts.into_iter().map(|count| (1.0 + count as f32).ln());
         let largest = logarithms.clone().fold(1.0, f32::max);
         Self {
-            last_gradient: last as f32,
+            last_per_mm: last as f32,
             frequencies: logarithms.map(|logarithm| logarithm / largest).collect(),
         }
     }

@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, editor: &mut TransferEditor, function: &mut TransferFun
         None => &mut function.points,
     };
     *points = curve.points;
-    gradient_editor::show(ui, &mut editor.gradients, function, &content.gradients, content.range, view);
+    gradient_editor::show(ui, &mut editor.gradients, function, content, view);
     if editor.gradients.edited != edited {
         editor.selected = None;
     }
@@ -294,7 +294,7 @@ fn show_selected(
 }
 
 fn show_unit(ui: &mut Ui, function: &mut TransferFunction, content: &Content) {
-    let [least, most] = UNIT_DISTANCE_VOXELS.map(|voxels| voxels * content.voxel_mm);
+    let [least, most] = UNIT_DISTANCE_VOXELS.map(|voxels| voxels * content.spacing_mm.min_element());
     let unit = Slider::new(&mut function.opacity_unit_distance_mm, least..=most);
     ui.add(unit.logarithmic(true).text("opacity per so many mm"));
 }

@@ -69,10 +69,11 @@ impl LookupTable {
             }
         };
         let row = |gradient| (0..Self::ENTRIES).map(move |k| entry(k, gradient));
-        let stored_per_unit = (volume.to_stored(1.0) - volume.to_stored(0.0)).abs();
+        let unit_mm = f64::from(function.gradient_unit.mm(volume.spacing_mm()));
+        let stored_per_mm = (volume.to_stored(1.0) - volume.to_stored(0.0)).abs() / unit_mm;
         Self {
             entries: Arc::new(gradients.into_iter().flat_map(row).collect()),
-            last_gradient: last_gradient.map(|last| f64::from(last) * stored_per_unit),
+            last_gradient: last_gradient.map(|last| f64::from(last) * stored_per_mm),
             stored_range: [start, start + last * step],
             opacity_unit_distance_mm: function.opacity_unit_distance_mm,
             geometry: VolumeGeometry::of(volume),

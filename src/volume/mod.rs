@@ -38,7 +38,7 @@ pub use loaders::{TransferFunctionLoader, VolumeLoader};
 pub use lookup_table::LookupTable;
 pub use presets::Preset;
 pub use readers::{VolumeReadSettings, read_volume_file, read_volume_file_with};
-pub use transfer_function::{ControlPoint, GradientPoint, PointsAtGradient, TransferFunction};
+pub use transfer_function::{ControlPoint, GradientPoint, GradientUnit, PointsAtGradient, TransferFunction};
 pub use transfer_function_error::TransferFunctionError;
 pub(crate) use volume3d::{DrawnBox, VolumeBox};
 pub use volume3d::{OcclusionReady, Volume3d, VolumeTransferFunction, WORLD_UNITS_PER_MM};

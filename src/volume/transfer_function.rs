@@ -1,6 +1,9 @@
 //! Transfer functions: from values to colour and opacity.
 
-use bevy::reflect::{Reflect, std_traits::ReflectDefault};
+use bevy::{
+    math::Vec3,
+    reflect::{Reflect, std_traits::ReflectDefault},
+};
 use serde::{Deserialize, Serialize};
 
 use super::asset::Volume;
@@ -21,12 +24,34 @@ pub struct ControlPoint {
     pub opacity: f32,
 }
 
+/// Unit of lengths of the value's gradient.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum GradientUnit {
+    /// File units per millimetre: volumes of any resolution show the same.
+    #[default]
+    PerMm,
+    /// File units per voxel, whose length is the mean of its three sides: as VTK and 3D Slicer measure.
+    PerVoxel,
+}
+
+impl GradientUnit {
+    /// The unit's length, mm, in a volume with this spacing of voxels.
+    pub fn mm(self, spacing_mm: Vec3) -> f32 {
+        match self {
+            Self::PerMm => 1.0,
+            Self::PerVoxel => spacing_mm.element_sum() / 3.0,
+        }
+    }
+}
+
 /// Opacity factor at one length of the value's gradient.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GradientPoint {
-    /// Length of the value's gradient, in the volume file's units per millimetre.
+    /// Length of the value's gradient, in [`TransferFunction::gradient_unit`].
     pub gradient: f32,
     /// Factor on the opacity, 0 to 1.
     pub opacity: f32,
@@ -37,7 +62,7 @@ pub struct GradientPoint {
 #[reflect(Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PointsAtGradient {
-    /// Length of the value's gradient up to which the points have no effect, in the volume file's units per millimetre.
+    /// Length of the value's gradient up to which the points have no effect, in [`TransferFunction::gradient_unit`].
     pub from: f32,
     /// Length from which on they alone count. Between the two, colour and opacity change evenly.
     pub to: f32,
@@ -68,6 +93,13 @@ pub struct TransferFunction {
     /// Control points that take over for longer gradients, one after the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_gradients: Vec<PointsAtGradient>,
+    /// Unit of both.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub gradient_unit: GradientUnit,
+}
+
+fn is_default(unit: &GradientUnit) -> bool {
+    *unit == GradientUnit::default()
 }
 
 fn one() -> f32 {
@@ -85,7 +117,13 @@ impl Default for TransferFunction {
 impl TransferFunction {
     /// A function of the value alone, not validated.
     pub(super) fn of_values(points: Vec<ControlPoint>, opacity_unit_distance_mm: f32) -> Self {
-        Self { points, opacity_unit_distance_mm, gradient_opacity: Vec::new(), at_gradients: Vec::new() }
+        Self {
+            points,
+            opacity_unit_distance_mm,
+            gradient_opacity: Vec::new(),
+            at_gradients: Vec::new(),
+            gradient_unit: GradientUnit::default(),
+        }
     }
 
     /// Makes a transfer function from points in any order; points of one value keep their order.

@@ -49,8 +49,7 @@ impl TransferFunction {
     /// The reader takes the opacity, gradient opacity and colour functions and the unit of length. Of several
     /// components in JSON, it takes the first. Shading and interpolation have no counterpart here.
     ///
-    /// Gradients are taken as lengths per mm. VTK measures them per mean distance of voxels: the two agree for voxels of
-    /// 1 mm.
+    /// Gradients are those per voxel ([`GradientUnit::PerVoxel`](super::GradientUnit::PerVoxel)), as VTK measures them.
     ///
     /// Every value at which the opacity or the colour has a node becomes a control point. JSON may bend a function
     /// between two nodes by a midpoint and a sharpness, as VTK does. Points between the nodes then follow the curve to

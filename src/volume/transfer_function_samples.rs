@@ -11,7 +11,7 @@ impl TransferFunction {
     }
 
     /// Red, green, blue (sRGB-encoded) and opacity at a value in file units, where the value's gradient has a length in
-    /// file units per millimetre.
+    /// [`gradient_unit`](Self::gradient_unit).
     pub fn sample_at(&self, value: f32, gradient: f32) -> [f32; 4] {
         // Not a number counts as 0.
         let gradient = gradient.max(0.0);
@@ -23,7 +23,7 @@ impl TransferFunction {
         [red, green, blue, opacity * self.opacity_factor(gradient)]
     }
 
-    /// Factor on the opacity where the gradient has a length in file units per millimetre.
+    /// Factor on the opacity where the gradient has a length in its unit.
     fn opacity_factor(&self, gradient: f32) -> f32 {
         let points = &self.gradient_opacity;
         let node = |point: &GradientPoint| (f64::from(point.gradient), [point.opacity]);
@@ -34,7 +34,7 @@ impl TransferFunction {
         factor
     }
 
-    /// Length of the gradient, in file units per millimetre, beyond which nothing changes. `None` if the gradient has no
+    /// Length of the gradient, in [`gradient_unit`](Self::gradient_unit), beyond which nothing changes. `None` if the gradient has no
     /// effect.
     pub fn last_gradient(&self) -> Option<f32> {
         let factors = self.gradient_opacity.iter();

@@ -23,6 +23,10 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "Bevy's anti-aliasing, which tests draw volumes with",
+        &[("bevy", "bevy_anti_alias"), ("bevy_internal", "bevy_anti_alias")],
+    ),
+    (
         "Systems on several threads, as in most apps",
         &[
             ("bevy", "multi_threaded"),

@@ -92,6 +92,27 @@ fn a_factor_is_a_factor() {
     assert_eq!(different_pixels(&image, &scene.headless.image()), 0);
 }
 
+#[test]
+fn gradients_per_voxel_follow_the_spacing() {
+    // The mean distance is 2 mm.
+    let volume = folded_volume(UVec3::new(18, 17, 16), DVec3::new(1.0, 2.0, 3.0));
+    let function = |gradient_unit, scale: f32| {
+        let ramp = TransferFunction::ramp(10.0, 240.0, 0.4, [0.6, 0.8, 0.9]).expect("a ramp");
+        let gradient_opacity = vec![factor(5.0 * scale, 0.0), factor(20.0 * scale, 1.0)];
+        TransferFunction { gradient_opacity, gradient_unit, ..ramp }
+    };
+    let per_voxel = function(GradientUnit::PerVoxel, 2.0);
+    let mut scene = TestScene::new(volume, per_voxel.clone(), few_rays(), ShadingMode::Cao);
+    scene.settle();
+    let image = scene.headless.image();
+    set_function(&mut scene, function(GradientUnit::PerMm, 1.0));
+    assert_eq!(different_pixels(&image, &scene.headless.image()), 0, "the same function");
+    set_function(&mut scene, function(GradientUnit::PerMm, 2.0));
+    assert!(different_pixels(&image, &scene.headless.image()) > 500, "the unit has no effect");
+    let ron = per_voxel.to_ron().expect("it is written");
+    assert_eq!(TransferFunction::from_ron(&ron).expect("it is read"), per_voxel);
+}
+
 /// Pixels much redder than green.
 fn red_pixels(scene: &TestScene) -> usize {
     let is_red = |pixel: &&[u8]| pixel[0] > 60 && f32::from(pixel[0]) > 1.8 * f32::from(pixel[1]);

@@ -109,12 +109,16 @@ impl Integral<'_> {
             Reconstruction::Tricubic => field.spline_at(voxel),
             _ => field.at(voxel),
         };
+        // Most points are transparent, and most functions have no need of a gradient.
+        let gradient = if self.function.last_gradient().is_some() { self.gradient_at(voxel) } else { 0.0 };
+        let [.., opacity] = self.function.sample_at(opaque as f32, gradient);
+        if opacity <= 0.0 {
+            return (DVec3::ZERO, 0.0);
+        }
         let colored = match self.filter {
             Reconstruction::Trilinear => opaque,
             _ => field.sharp_at(voxel),
         };
-        let gradient = self.gradient_at(voxel);
-        let [.., opacity] = self.function.sample_at(opaque as f32, gradient);
         let [r, g, b, _] = self.function.sample_at(colored as f32, gradient);
         let color = LinearRgba::from(Srgba::rgb(r, g, b));
         let transmittance = 1.0 - f64::from(opacity);

@@ -1,6 +1,8 @@
 //! Transfer functions in Slicer's newer files, and files that hold no transfer function.
 
-use bevy_contextual_ao::volume::{ControlPoint, GradientPoint, TransferFunction, TransferFunctionError};
+use bevy_contextual_ao::volume::{
+    ControlPoint, GradientPoint, GradientUnit, TransferFunction, TransferFunctionError,
+};
 
 fn point(value: f32, color: [f32; 3], opacity: f32) -> ControlPoint {
     ControlPoint { value, color, opacity }
@@ -71,6 +73,7 @@ fn slicer_properties_in_json_are_read() {
     assert_eq!(function.points, expected);
     assert_eq!(function.opacity_unit_distance_mm, 2.5);
     assert_eq!(function.gradient_opacity, [gradient_point(0.0, 0.0), gradient_point(255.0, 0.75)]);
+    assert_eq!(function.gradient_unit, GradientUnit::PerVoxel);
     assert_eq!(TransferFunction::from_bytes(JSON.as_bytes()).unwrap(), function);
 
     let off = JSON.replace("\"disableGradientOpacity\": false", "\"disableGradientOpacity\": true");

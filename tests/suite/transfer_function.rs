@@ -84,9 +84,7 @@ fn senseless_functions_are_refused() {
     // Fields are public, so an invalid function must not panic either.
     let unsorted = TransferFunction {
         points: vec![point(9.0, white, 1.0), point(f32::NAN, white, 1.0), point(1.0, white, 0.0)],
-        opacity_unit_distance_mm: 1.0,
-        gradient_opacity: vec![],
-        at_gradients: vec![],
+        ..Default::default()
     };
     assert!(unsorted.validate().is_err());
     unsorted.lookup_table([0.0, 10.0], 50);

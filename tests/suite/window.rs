@@ -331,7 +331,7 @@ fn the_joint_histogram_has_values_and_their_gradients() {
     let volume =
         volume_from(UVec3::new(32, 8, 8), DVec3::splat(2.0), |p| if p.x < 0.0 { 0.5 } else { ramp(p) });
     let histogram = JointHistogram::of(&volume);
-    assert!((histogram.last_gradient - 3.0).abs() < 0.3, "{}", histogram.last_gradient);
+    assert!((histogram.last_per_mm - 3.0).abs() < 0.3, "{}", histogram.last_per_mm);
     let row = |row: usize| &histogram.frequencies[row * COLUMNS..(row + 1) * COLUMNS];
     let shown = |row: &[f32]| row.iter().filter(|frequency| **frequency > 0.0).count();
     assert_eq!((shown(row(0)), row(0)[0]), (1, 1.0), "the even half has one value, and is most frequent");

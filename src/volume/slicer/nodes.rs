@@ -1,6 +1,6 @@
 //! Piecewise linear functions, and their conversion to a transfer function.
 
-use crate::volume::transfer_function::{ControlPoint, GradientPoint, TransferFunction};
+use crate::volume::transfer_function::{ControlPoint, GradientPoint, GradientUnit, TransferFunction};
 use crate::volume::transfer_function_samples::between;
 
 /// A node of a piecewise linear function with `N` outputs.
@@ -23,6 +23,7 @@ impl Functions {
             opacity_unit_distance_mm: self.opacity_unit_distance_mm,
             gradient_opacity: self.gradient_opacity.iter().map(gradient_point).collect(),
             at_gradients: Vec::new(),
+            gradient_unit: GradientUnit::PerVoxel,
         }
     }
 }
