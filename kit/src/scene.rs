@@ -65,7 +65,7 @@ pub struct SceneOptions {
     /// Distance between samples of a view ray, voxels.
     #[arg(long, default_value_t = VolumeShading::default().step_voxels)]
     pub step_voxels: f32,
-    /// Interpolation of intensities: trilinear, smooth_colors or tricubic [default: that of `VolumeShading`].
+    /// Interpolation of intensities: trilinear, smooth_colors, smooth_occlusion or tricubic [default: that of `VolumeShading`].
     #[arg(long)]
     pub reconstruction: Option<Reconstruction>,
     /// Optimization to switch off (see `Optimizations`), or `all`; several may be given.

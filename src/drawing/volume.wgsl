@@ -19,16 +19,14 @@
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
+#ifdef MODULATED
+#import bevy_contextual_ao::ambient::opacity_share_at
+#endif
 #ifdef ISOSURFACE
 #import bevy_contextual_ao::surface_ray::surface_hit
 #endif
-#ifdef OCTANTS
 #import bevy_contextual_ao::{
-    octants::{Octants, high_octants_at, low_octants_at, octants_factor},
-    orientation::orientation_at,
-}
-#endif
-#import bevy_contextual_ao::{
+    ambient::ambient_at,
     classification::{EXTINCTIONS, classify},
     drawn_box::corner_of_box,
     gradients::gradient_at,
@@ -36,30 +34,15 @@
     marched_view::{MarchedView, NOT_LISTED, listed_pixels, outline_offset, outline_rays, ray_through, word_of_slot},
     next_run::{intensity_at, march_behind, next_run},
     preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place, value_at},
-    reconstruction::sharp_at_place,
+    reconstruction::smooth_at_place,
     runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
     seen::{first_run, run_at, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay},
-    volume_bindings::{edge_sampler, volume},
+    volume_bindings::volume,
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
-@group(#{VOLUME_BIND_GROUP}) @binding(10) var occlusion: texture_3d<f32>;
-
-// The share of the light that reaches a point.
-fn ambient_at(p: vec3<f32>, cut: Cut) -> f32 {
-#ifdef OCTANTS
-    let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
-    let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
-    let factor = octants_factor(Octants(low, high), orientation_at(p, cut).inward);
-#else
-    let factor = textureSampleLevel(occlusion, edge_sampler, p * volume.occlusion_from_texture, 0.0).r;
-#endif
-    let light = pow(saturate(factor * volume.occlusion_scale), volume.occlusion_intensity);
-    return mix(1.0, light, volume.occlusion_share);
-}
-
 // Accumulated colour, premultiplied, and opacity.
 struct Pixel {
     color: vec3<f32>,
@@ -135,7 +118,7 @@ fn accumulate(before: Pixel, slice: Slice, begin: End, end: End, ray: ViewRay, c
     let mean = mean_between(first.place, last.place);
     var extinction = mean;
 #ifdef MODULATED
-    let share = mix(1.0, textureSampleLevel(occlusion, edge_sampler, middle, 0.0).g, volume.occlusion_share);
+    let share = opacity_share_at(middle);
     // The opacity of a unit distance is modulated. A whole share changes no bit.
     let modulated = -log((1.0 - share) + share * exp(-extinction));
     extinction = select(modulated, extinction, share > 0.9999);
@@ -154,13 +137,18 @@ fn accumulate(before: Pixel, slice: Slice, begin: End, end: End, ray: ViewRay, c
     let along_mm = mix(slice.begin_mm, slice.end_mm, part);
     let p = ray.origin + along_mm * ray.velocity;
     let cut = cut_before(ray, cut_mm, along_mm);
+    var occluded_at = p;
 #ifdef SMOOTH_COLORS
-    let intensity = sharp_at_place(p);
+    let smooth_here = smooth_at_place(p);
+    let intensity = smooth_here.sharp;
+    // Trilinear surfaces have bumps between voxels, across which occlusion changes. It is looked up where a smooth
+    // surface is.
+    occluded_at += smooth_here.to_spline;
 #else
     let intensity = mix(first.intensity, last.intensity, part);
 #endif
     let base = classify(intensity, gradient).rgb;
-    let color = shade(base, opacity, p, ray.direction, ambient_at(p, cut), cut);
+    let color = shade(base, opacity, p, ray.direction, ambient_at(occluded_at, cut), cut);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
 

@@ -13,8 +13,8 @@ use super::{
 /// | --- | --- | --- | --- | --- | --- | --- |
 /// | `Low` | 14 | half | 1 | yes | trilinear | 1 |
 /// | `Medium` | 36 | full | 0.5 | yes | smooth colours | 4 |
-/// | `High` | 96 | full | 0.25 | yes | smooth colours | 8 |
-/// | `Reference` | 512 | full | 0.125 | no | smooth colours | 32 |
+/// | `High` | 96 | full | 0.25 | yes | smooth occlusion | 8 |
+/// | `Reference` | 512 | full | 0.125 | no | smooth occlusion | 32 |
 ///
 /// All presets reach equally far: 20 samples a ray, a voxel apart. Fewer and longer steps of the same reach lose more
 /// accuracy than they save time. `docs/methods.md` has the error and the time of each preset.
@@ -76,11 +76,20 @@ impl Quality {
                 ..medium
             },
             Self::Medium => medium,
-            Self::High => VolumeShading { step_voxels: 0.25, outline_rays: 8, ..medium },
+            Self::High => VolumeShading {
+                step_voxels: 0.25,
+                reconstruction: Reconstruction::SmoothOcclusion,
+                outline_rays: 8,
+                ..medium
+            },
             // The slices are too thin to be seen, so that noise would only add an error.
-            Self::Reference => {
-                VolumeShading { step_voxels: 0.125, jitter: false, outline_rays: 32, ..medium }
-            }
+            Self::Reference => VolumeShading {
+                step_voxels: 0.125,
+                reconstruction: Reconstruction::SmoothOcclusion,
+                jitter: false,
+                outline_rays: 32,
+                ..medium
+            },
         }
     }
 

@@ -13,8 +13,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, Optimizations, Recompute,
-        ShownOcclusion, VolumeShading,
+        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, OcclusionTexels,
+        Optimizations, Recompute, Reconstruction, ShownOcclusion, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -94,13 +94,40 @@ impl ExtractedVolume {
         self.occlusion.method.settings().drawing().draws_surface
     }
 
+    /// Whether occlusion is looked up by the nearest 27 texels, not by 8.
+    pub fn smooths_occlusion(&self) -> bool {
+        let is_asked =
+            matches!(self.shading.reconstruction, Reconstruction::SmoothOcclusion | Reconstruction::Tricubic);
+        is_asked && self.occlusion.texels() != OcclusionTexels::Octants
+    }
+
+    /// Farthest way of an occlusion look-up from the point that is seen, voxels. An edge half as wide as a scanner's asks
+    /// for no more.
+    pub fn occlusion_shift_voxels(&self) -> f32 {
+        let has_bumps = matches!(
+            self.shading.reconstruction,
+            Reconstruction::SmoothColors | Reconstruction::SmoothOcclusion
+        );
+        if has_bumps && self.occlusion.texels() != OcclusionTexels::Octants { 0.125 } else { 0.0 }
+    }
+
+    /// Radius, mm, around a voxel of all points whose clipping decides its coverage, and all that read the voxel.
+    pub fn footprint_mm(&self) -> f64 {
+        let stride = f64::from(self.occlusion.texels().stride());
+        // Texels away from which a texel is read, by points that may be shifted. Its middle is up to half a voxel from the
+        // voxel that stands for it.
+        let texels = if self.smooths_occlusion() { 1.5 } else { 1.0 };
+        let voxels = texels * stride + 0.5 * (stride - 1.0) + f64::from(self.occlusion_shift_voxels());
+        self.occlusion.footprint_mm(&self.geometry).max(voxels * self.geometry.cell_diagonal_mm())
+    }
+
     /// Influence of carvers on this volume, at its scale in the world.
     pub fn influence(&self) -> Influence {
         // Rounding must not make a length too short.
         let stretch = longest_stretch(self.world_from_local.matrix3.as_dmat3()) as f32 * 1.001;
         Influence {
             reach_world: self.occlusion.reach_mm(&self.geometry) as f32 * stretch,
-            footprint_world: self.occlusion.footprint_mm(&self.geometry) as f32 * stretch,
+            footprint_world: self.footprint_mm() as f32 * stretch,
         }
     }
 }

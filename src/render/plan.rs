@@ -196,7 +196,7 @@ impl Planning<'_, '_> {
         let stale = if looks_different {
             Stale::Everything
         } else {
-            Stale::by(&step, volume.occlusion.footprint_mm(&volume.geometry), &volume.geometry, optimizations)
+            Stale::by(&step, volume.footprint_mm(), &volume.geometry, optimizations)
         };
         if !volume.is_drawn_by_method() {
             plan.marches.extend(self.march(volume, groups, &stale));

@@ -20,18 +20,25 @@ fn torus() -> Mesh {
     Torus { minor_radius: 3.5, major_radius: 9.0 }.mesh().into()
 }
 
-/// Compares the scene with a full recomputation. Returns the share of unhidden voxels whose occlusion was computed.
-pub fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
+/// Compares the image with that of a full recomputation. Returns the occlusion of both.
+pub fn assert_images_are_exact(scene: &mut TestScene, name: &str) -> [Vec<Option<u8>>; 2] {
     scene.settle();
-    let (cao, hidden, image) = (scene.occlusion(), scene.hidden(), scene.headless.image());
+    let (cao, image) = (scene.occlusion(), scene.headless.image());
     scene.set_mode(ShadingMode::Lao);
     scene.headless.frame();
     let (lao, reference) = (scene.occlusion(), scene.headless.image());
     scene.set_mode(ShadingMode::Cao);
-    assert_eq!(count_different(&cao, &lao), 0, "{name}: voxels that differ, of {}", cao.len());
     assert_eq!(different_pixels(&image, &reference), 0, "{name}: pixels that differ");
     let lit = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count();
     assert!(lit > image.len() / 4 / 40, "{name}: the image shows next to nothing ({lit} pixels)");
+    [cao, lao]
+}
+
+/// Compares the scene with a full recomputation. Returns the share of unhidden voxels whose occlusion was computed.
+pub fn assert_exact(scene: &mut TestScene, name: &str) -> f64 {
+    let [cao, lao] = assert_images_are_exact(scene, name);
+    let hidden = scene.hidden();
+    assert_eq!(count_different(&cao, &lao), 0, "{name}: voxels that differ, of {}", cao.len());
     let known = cao.iter().flatten().count();
     let shown = hidden.iter().filter(|&&hidden| !hidden).count();
     known as f64 / shown as f64

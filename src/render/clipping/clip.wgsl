@@ -123,17 +123,15 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
     }
 }
 
-// Farthest voxel along an axis whose intensity decides whether anything is drawn in the cells around a voxel. A tricubic
-// intensity there reads two voxels farther on, and a slice is shaded up to a voxel from its ends.
-const DECIDES: i32 = 3;
-
-// Whether drawing can read a voxel's occlusion.
+// Whether drawing can read a voxel's occlusion. A point that does so is up to 1.5 voxels away. A tricubic intensity there
+// reads two voxels farther on, and a slice is shaded up to a voxel from its ends.
 fn is_sampleable(voxel: vec3<u32>) -> bool {
     var lowest = 1.0;
     var highest = 0.0;
-    const SIDE: i32 = 2 * DECIDES + 1;
-    for (var k = 0; k < SIDE * SIDE * SIDE; k += 1) {
-        let intensity = intensity_of(vec3<i32>(voxel) + vec3(k % SIDE, (k / SIDE) % SIDE, k / (SIDE * SIDE)) - DECIDES);
+    let side = 2 * volume.deciding_voxels + 1;
+    for (var k = 0; k < side * side * side; k += 1) {
+        let offset = vec3(k % side, (k / side) % side, k / (side * side)) - volume.deciding_voxels;
+        let intensity = intensity_of(vec3<i32>(voxel) + offset);
         lowest = min(lowest, intensity);
         highest = max(highest, intensity);
     }

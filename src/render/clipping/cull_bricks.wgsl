@@ -17,6 +17,8 @@
 
 @group(1) @binding(5) var<storage, read_write> near_carvers: array<u32>;
 
+// Voxels that the ranges of bricks take into account (`ranges.wgsl`).
+const IN_RANGES: i32 = 3;
 // Dilation texels along a side of a brick up to which they are looked at.
 const MOST_TEXELS: i32 = 10;
 
@@ -46,7 +48,8 @@ fn cull_bricks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     var is_listed = clip_pass.lists_all != 0u;
     // The voxels to be cast depend on the voxels that carvers remove.
     var clips = is_listed || clip_pass.queue != QUEUE_NONE;
-    if !is_listed && is_brick_transparent(index) {
+    // Points that are not transparent may read voxels of such a brick if they are farther away than ranges tell.
+    if !is_listed && volume.deciding_voxels <= IN_RANGES && is_brick_transparent(index) {
         return;
     }
     var is_affected = false;

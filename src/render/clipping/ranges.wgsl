@@ -1,6 +1,7 @@
-// Range of intensities around every brick. It covers all points that read the brick's occlusion. They lie up to one
-// voxel beyond its outermost voxel centres. Where 2x2x2 voxels have one factor, they lie up to 1.5 voxels beyond.
-// Tricubic intensities there depend on one more voxel, and so do opacities that are means over a voxel.
+// Range of intensities around every brick. It covers all points that read the brick's occlusion. They lie less than
+// two voxels beyond its outermost voxel centres. Where 2x2x2 voxels have one factor, they lie less than three beyond.
+// Trilinear intensities there depend on no more voxels. Tricubic ones, where occlusion is smooth as well, depend on one more
+// (`deciding_voxels`).
 //
 // A brick's smoothing bounds the difference between tricubic and trilinear intensities at its points. Along an axis, a
 // point f behind a voxel has a B-spline of ((1-f)^3 a + f^3 b) / 6 more than the linear intensity. Here a and b are the

@@ -128,7 +128,7 @@ fn superbricks_around<'a>(
     let counts = superbrick_counts(geometry.dimensions);
     let everything = SuperbrickBox { first: UVec3::ZERO, end: counts };
     // A brick's carvers are found by a ball around the brick.
-    let near_mm = volume.occlusion.footprint_mm(geometry) + 2.01 * geometry.cell_diagonal_mm();
+    let near_mm = volume.footprint_mm() + 2.01 * geometry.cell_diagonal_mm();
     let radius_mm = volume.occlusion.reach_mm(geometry).max(near_mm);
     let Some(boxes) = outlines(changes, radius_mm, geometry).filter(|_| !all) else {
         return everything;

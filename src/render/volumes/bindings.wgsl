@@ -47,6 +47,12 @@ struct VolumeUniform {
     // Texture coordinates → coordinates of the occlusion texture; voxels along each side of a block with one factor.
     occlusion_from_texture: vec3<f32>,
     occlusion_stride: u32,
+    // 1: occlusion is looked up by the nearest 27 texels. 0: by 8.
+    occlusion_widening: f32,
+    // Farthest way of a look-up from the point that is seen, voxels.
+    occlusion_shift: f32,
+    // Farthest voxel along an axis whose intensity decides whether drawing reads a voxel's occlusion.
+    deciding_voxels: i32,
     // 1: opacities for occlusion are means over voxels. 0: those of the voxels' own intensities.
     footprint_share: f32,
     // Factor on occlusion factors before they are cut off at 1, exponent of the light that is left, and factor on all light.

@@ -47,6 +47,24 @@ fn tricubic_at_place(p: vec3<f32>) -> f32 {
     return sum;
 }
 
+// Places of two filtered samples along each axis, texture coordinates, and their weights: together those of a quadratic
+// B-spline over three texels. Both samples share the middle one. So no rounding of their fractions reads a fourth.
+struct Quadratic {
+    low: vec3<f32>,
+    high: vec3<f32>,
+    low_weight: vec3<f32>,
+}
+
+fn quadratic(p: vec3<f32>, size: vec3<f32>) -> Quadratic {
+    let place = p * size;
+    let middle = floor(place) + 0.5;
+    let f = place - middle;
+    let before = 0.5 * (0.5 - f) * (0.5 - f);
+    let behind = 0.5 * (0.5 + f) * (0.5 + f);
+    let half = 0.5 * (0.75 - f * f);
+    return Quadratic((middle - before / (before + half)) / size, (middle + behind / (behind + half)) / size, before + half);
+}
+
 // Trilinear intensities a voxel before and behind a place along each axis.
 struct Around {
     before: vec3<f32>,
@@ -64,12 +82,24 @@ fn trilinear_around(p: vec3<f32>) -> Around {
     );
 }
 
-// Smooth intensity at a place that keeps details: the B-spline without the blur that it adds. The blur is a sixth of the
-// second differences along all axes, to the fourth order of a voxel's width.
-fn sharp_at_place(p: vec3<f32>) -> f32 {
+// What the smooth filters say of a place.
+struct Smooth {
+    // Intensity that keeps details: the B-spline without the blur that it adds. The blur is a sixth of the second
+    // differences along all axes, to the fourth order of a voxel's width.
+    sharp: f32,
+    // Way to the nearest place where the B-spline is as high as the trilinear intensity is here, texture coordinates.
+    to_spline: vec3<f32>,
+}
+
+fn smooth_at_place(p: vec3<f32>) -> Smooth {
     let around = trilinear_around(p);
     let sum = dot(around.before + around.behind, vec3(1.0));
-    return tricubic_at_place(p) - (sum - 6.0 * trilinear_at_place(p)) / 6.0;
+    let trilinear = trilinear_at_place(p);
+    let spline = tricubic_at_place(p);
+    let slope = 0.5 * (around.behind - around.before);
+    let way = (trilinear - spline) * slope / max(dot(slope, slope), 1e-12);
+    let most = min(1.0, volume.occlusion_shift / max(length(way), 1e-9));
+    return Smooth(spline - (sum - 6.0 * trilinear) / 6.0, most * way / vec3<f32>(volume.dimensions));
 }
 
 // Intensity at a place, by the filter of view rays.

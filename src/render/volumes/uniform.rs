@@ -4,7 +4,7 @@ use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
 use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{AmbientScale, Optimizations, VolumeLighting, VoxelOpacities},
+    occlusion::{AmbientScale, Optimizations, Reconstruction, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
     volume::LookupTable,
 };
@@ -38,6 +38,9 @@ pub(crate) struct VolumeUniform {
     visible_intensities: Vec2,
     occlusion_from_texture: Vec3,
     occlusion_stride: u32,
+    occlusion_widening: f32,
+    occlusion_shift: f32,
+    deciding_voxels: i32,
     footprint_share: f32,
     occlusion_scale: f32,
     occlusion_intensity: f32,
@@ -88,6 +91,7 @@ impl VolumeUniform {
             AmbientScale::FlatSurface => volume.occlusion.flat_factor(geometry),
             AmbientScale::Published => 1.0,
         };
+        let is_tricubic = volume.shading.reconstruction == Reconstruction::Tricubic;
         let [occlusion_intensity, exposure] = volume.shading.drawn_light();
         // Blocks at the far edges count whole, with their part beyond the grid.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
@@ -114,13 +118,16 @@ impl VolumeUniform {
             // Half of a brick's diagonal, which spans four cells. Rounding must not make it too short.
             brick_radius_mm: (2.001 * geometry.cell_diagonal_mm()) as f32,
             reach_mm: volume.occlusion.reach_mm(geometry) as f32,
-            footprint_mm: volume.occlusion.footprint_mm(geometry) as f32,
+            footprint_mm: volume.footprint_mm() as f32,
             tests_all_carvers: if optimizations.near_carvers { 0 } else { carver_bits(carvers) },
             draw_leaps: optimizations.draw_leaps.into(),
             visible_intensities: drawn
                 .unwrap_or_else(|| visible_intensities(&volume.table, largest_stored, table_density)),
             occlusion_from_texture: geometry.dimensions.as_vec3() / covered.as_vec3(),
             occlusion_stride: stride,
+            occlusion_widening: f32::from(volume.smooths_occlusion()),
+            occlusion_shift: volume.occlusion_shift_voxels(),
+            deciding_voxels: if volume.smooths_occlusion() && is_tricubic { 4 } else { 3 },
             footprint_share: f32::from(volume.occlusion.opacities == VoxelOpacities::Means),
             occlusion_scale: flat_factor.recip() as f32,
             occlusion_intensity,

@@ -98,11 +98,13 @@ struct Texels {
     last: vec3<i32>,
 }
 
-// Texels that drawing reads at a distance along a ray.
-fn texels_at(ray: ViewRay, along_mm: f32, margin: f32) -> Texels {
+// Texels that drawing reads at a distance along a ray: the nearest two along each axis, or three.
+fn texels_at(ray: ViewRay, along_mm: f32, place_margin: f32) -> Texels {
+    let margin = place_margin + volume.occlusion_shift / f32(volume.occlusion_stride);
     let p = ray.origin + along_mm * ray.velocity;
-    let point = p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5;
-    return Texels(vec3<i32>(floor(point - margin)), vec3<i32>(floor(point + margin)) + 1);
+    let widening = volume.occlusion_widening;
+    let point = p * vec3<f32>(volume.dimensions) / f32(volume.occlusion_stride) - 0.5 + 0.5 * widening;
+    return Texels(vec3<i32>(floor(point - margin) - widening), vec3<i32>(floor(point + margin)) + 1);
 }
 
 // Texels of all places between two distances: drawing shades a slice where its opacity shows.
