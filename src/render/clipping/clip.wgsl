@@ -128,9 +128,10 @@ fn is_wanted(voxel: vec3<u32>, is_removed: bool) -> bool {
 fn is_sampleable(voxel: vec3<u32>) -> bool {
     var lowest = 1.0;
     var highest = 0.0;
-    let side = 2 * volume.deciding_voxels + 1;
+    let decides = i32(volume.deciding_voxels);
+    let side = 2 * decides + 1;
     for (var k = 0; k < side * side * side; k += 1) {
-        let offset = vec3(k % side, (k / side) % side, k / (side * side)) - volume.deciding_voxels;
+        let offset = vec3(k % side, (k / side) % side, k / (side * side)) - decides;
         let intensity = intensity_of(vec3<i32>(voxel) + offset);
         lowest = min(lowest, intensity);
         highest = max(highest, intensity);

@@ -18,7 +18,7 @@
 @group(1) @binding(5) var<storage, read_write> near_carvers: array<u32>;
 
 // Voxels that the ranges of bricks take into account (`ranges.wgsl`).
-const IN_RANGES: i32 = 3;
+const IN_RANGES: u32 = 3u;
 // Dilation texels along a side of a brick up to which they are looked at.
 const MOST_TEXELS: i32 = 10;
 

@@ -52,7 +52,7 @@ struct VolumeUniform {
     // Farthest way of a look-up from the point that is seen, voxels.
     occlusion_shift: f32,
     // Farthest voxel along an axis whose intensity decides whether drawing reads a voxel's occlusion.
-    deciding_voxels: i32,
+    deciding_voxels: u32,
     // 1: opacities for occlusion are means over voxels. 0: those of the voxels' own intensities.
     footprint_share: f32,
     // Factor on occlusion factors before they are cut off at 1, exponent of the light that is left, and factor on all light.

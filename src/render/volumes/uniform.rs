@@ -40,7 +40,7 @@ pub(crate) struct VolumeUniform {
     occlusion_stride: u32,
     occlusion_widening: f32,
     occlusion_shift: f32,
-    deciding_voxels: i32,
+    deciding_voxels: u32,
     footprint_share: f32,
     occlusion_scale: f32,
     occlusion_intensity: f32,
