@@ -44,7 +44,7 @@ pub(crate) struct VolumeDrawingPlugin;
 
 impl Plugin for VolumeDrawingPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "ambient.wgsl");
+        load_shader_library!(app, "ambient_light.wgsl");
         load_shader_library!(app, "drawn_box.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "volume.wgsl");

@@ -20,13 +20,13 @@
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
 #ifdef MODULATED
-#import bevy_contextual_ao::ambient::opacity_share_at
+#import bevy_contextual_ao::ambient_light::opacity_share_at
 #endif
 #ifdef ISOSURFACE
 #import bevy_contextual_ao::surface_ray::surface_hit
 #endif
 #import bevy_contextual_ao::{
-    ambient::ambient_at,
+    ambient_light::ambient_at,
     classification::{EXTINCTIONS, classify},
     drawn_box::corner_of_box,
     gradients::gradient_at,

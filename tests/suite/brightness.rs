@@ -48,8 +48,9 @@ fn a_flat_surface_gets_all_of_the_light() {
     for rays in [default(), rays(10, 1.0), rays(20, 2.0)] {
         let mut scene = block(AmbientOcclusion::by(rays), ShadingMode::Cao);
         let light = light_of_front(&scene) / full;
-        // Half a byte is 0.6 % of the light; occlusion has bytes of 0.4 %, here twice that.
-        assert!((0.96..1.01).contains(&light), "{rays:?}: {light} of the light");
+        // Half a byte is 0.6 % of the light; occlusion has bytes of 0.4 %, here twice that. A spline blurs this edge of a
+        // voxel, so that occlusion is looked up a twentieth of a voxel deeper: 2 %.
+        assert!((0.95..1.01).contains(&light), "{rays:?}: {light} of the light");
         set_shading(&mut scene, |shading| shading.ambient_scale = AmbientScale::Published);
         let published = light_of_front(&scene) / full;
         assert!((0.35..0.6).contains(&published), "{rays:?}: {published} as published");

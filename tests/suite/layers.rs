@@ -246,7 +246,7 @@ fn rooms_import_only_from_those_before_them() {
 #[test]
 fn shaders_import_only_from_rooms_before_theirs() {
     let imports = shader_imports();
-    assert!(imports["drawing::volume"].contains("render::methods::sweeping::octants"));
+    assert!(imports["drawing::ambient_light"].contains("render::methods::sweeping::octants"));
     assert!(imports["render::clipping::clip"].contains("render::volumes::clip_pass"));
     assert_eq!(faults(&imports), Vec::<String>::new());
 }

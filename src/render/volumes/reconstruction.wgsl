@@ -97,9 +97,10 @@ fn smooth_at_place(p: vec3<f32>) -> Smooth {
     let trilinear = trilinear_at_place(p);
     let spline = tricubic_at_place(p);
     let slope = 0.5 * (around.behind - around.before);
+    let bend = (sum - 6.0 * trilinear) / 6.0;
     let way = (trilinear - spline) * slope / max(dot(slope, slope), 1e-12);
     let most = min(1.0, volume.occlusion_shift / max(length(way), 1e-9));
-    return Smooth(spline - (sum - 6.0 * trilinear) / 6.0, most * way / vec3<f32>(volume.dimensions));
+    return Smooth(spline - bend, most * way / vec3<f32>(volume.dimensions));
 }
 
 // Intensity at a place, by the filter of view rays.

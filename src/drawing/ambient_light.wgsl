@@ -3,7 +3,7 @@
 // The paper interpolates trilinearly. Across a surface, occlusion changes much within a voxel: the kinks at voxels then show
 // as grain. With SMOOTH_OCCLUSION a quadratic B-spline takes the nearest 27 texels, by 8 filtered samples.
 
-#define_import_path bevy_contextual_ao::ambient
+#define_import_path bevy_contextual_ao::ambient_light
 
 #ifdef OCTANTS
 #import bevy_contextual_ao::{
