@@ -32,14 +32,22 @@ struct Setting {
 
 /// The settings. Further ones go here.
 fn settings() -> Vec<Setting> {
-    let default = Setting { name: "default", shading: default(), rays: default(), in_ball_alone: false };
+    let default_setting =
+        Setting { name: "default", shading: default(), rays: default(), in_ball_alone: false };
     let reference = Setting {
         name: "reference",
         shading: Quality::Reference.shading(),
         rays: Quality::Reference.rays(),
         in_ball_alone: true,
     };
-    vec![default, reference]
+    let others = Reconstruction::ALL.into_iter().filter(|filter| *filter != Reconstruction::default());
+    let others = others.map(|reconstruction| Setting {
+        name: reconstruction.name(),
+        shading: VolumeShading { reconstruction, ..default() },
+        rays: default(),
+        in_ball_alone: true,
+    });
+    [default_setting, reference].into_iter().chain(others).collect()
 }
 
 /// The ways to shade.
