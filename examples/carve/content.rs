@@ -36,6 +36,11 @@ impl Content {
             gradients: JointHistogram::of(volume),
         }
     }
+
+    /// Gradient at the end of the histogram's last row, in a function's unit.
+    pub fn last_gradient(&self, function: &TransferFunction) -> f32 {
+        self.gradients.last_per_mm * function.gradient_unit.mm(self.spacing_mm)
+    }
 }
 
 fn histogram(volume: &Volume) -> Vec<f32> {

@@ -48,8 +48,7 @@ pub fn show(
 ) {
     let (response, painter) =
         ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
-    let of_histogram = content.gradients.last_per_mm * function.gradient_unit.mm(content.spacing_mm);
-    let last = function.last_gradient().unwrap_or_default().max(of_histogram);
+    let last = function.last_gradient().unwrap_or_default().max(content.last_gradient(function));
     let values = Rect::from_min_max(pos2(left, last), pos2(right, 0.0));
     let to_screen = RectTransform::from_to(values, response.rect);
     let pressed_at =
@@ -142,7 +141,7 @@ fn draw(painter: &Painter, to_screen: &RectTransform, function: &TransferFunctio
     painter.rect_filled(rect, 3.0, MATT);
     let mut cells = Mesh::default();
     let [low, high] = content.range;
-    let last = content.gradients.last_per_mm * function.gradient_unit.mm(content.spacing_mm);
+    let last = content.last_gradient(function);
     for (index, frequency) in content.gradients.frequencies.iter().enumerate().filter(|cell| *cell.1 > 0.0) {
         let value = |column: usize| low + (high - low) * column as f32 / COLUMNS as f32;
         let gradient = |row: usize| last * row as f32 / ROWS as f32;

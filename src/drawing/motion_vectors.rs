@@ -13,24 +13,27 @@ use bevy::{
         camera::ExtractedCamera,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Face,
-            FragmentState, LoadOp, MultisampleState, Operations, PipelineCache, PrimitiveState,
-            PrimitiveTopology, RenderPassDepthStencilAttachment, RenderPassDescriptor,
-            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
-            StorageBuffer, StoreOp, VertexState, binding_types::storage_buffer_read_only,
+            CachedRenderPipelineId, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState,
+            FragmentState, LoadOp, MultisampleState, Operations, PipelineCache,
+            RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages,
+            SpecializedRenderPipeline, SpecializedRenderPipelines, StorageBuffer, StoreOp, VertexState,
+            binding_types::storage_buffer_read_only,
         },
         renderer::{RenderContext, ViewQuery},
     },
     shader::ShaderDefVal,
 };
 
-use super::{phase::DrawnVolumes, pipeline::DrawPipeline};
+use super::{
+    phase::DrawnVolumes,
+    pipeline::{DrawPipeline, bind_group_defs, box_primitive},
+};
 use crate::render::{
     BOX_VERTICES, BuffersOf, ExtractedScene, Gpu, MarchVariant, VolumeInView, VolumeRuns, VolumeWindows,
 };
 
 /// Group of a volume's bindings.
-const VOLUME_BIND_GROUP: u32 = 1;
+const VOLUME_BIND_GROUP: usize = 1;
 
 /// Makes the pipelines.
 #[derive(Resource)]
@@ -86,10 +89,8 @@ impl SpecializedRenderPipeline for MotionPipeline {
     type Key = MotionKey;
 
     fn specialize(&self, MotionKey { samples, variant }: MotionKey) -> RenderPipelineDescriptor {
-        let groups = ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"]
-            .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP));
         let own = variant.shader_defs().map(ShaderDefVal::from);
-        let shader_defs: Vec<_> = groups.into_iter().chain(own).collect();
+        let shader_defs: Vec<_> = bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(own).collect();
         let target = ColorTargetState {
             format: MOTION_VECTOR_PREPASS_FORMAT,
             blend: None,
@@ -109,11 +110,7 @@ impl SpecializedRenderPipeline for MotionPipeline {
                 targets: vec![Some(target)],
                 ..default()
             }),
-            primitive: PrimitiveState {
-                topology: PrimitiveTopology::TriangleStrip,
-                cull_mode: Some(Face::Front),
-                ..default()
-            },
+            primitive: box_primitive(),
             // The shader tells the depth.
             depth_stencil: Some(DepthStencilState {
                 format: CORE_3D_DEPTH_FORMAT,
@@ -211,7 +208,7 @@ pub(super) fn write_motion_vectors(
         };
         pass.set_render_pipeline(pipeline);
         pass.set_bind_group(0, &job.motion, &[]);
-        pass.set_bind_group(VOLUME_BIND_GROUP as usize, &job.volume, &[job.offset]);
+        pass.set_bind_group(VOLUME_BIND_GROUP, &job.volume, &[job.offset]);
         pass.draw(0..BOX_VERTICES, 0..1);
     }
 }

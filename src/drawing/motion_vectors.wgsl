@@ -5,10 +5,9 @@
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
     marched_view::{MarchedView, ray_through},
-    next_run::{March, UNTESTED, next_run},
+    next_run::{march_before, next_run},
     runs::{THEN_END, slice_of_run, slices_of},
     seen::first_run,
-    view_ray::samples_of,
 }
 
 // Volume space (mm) → clip space without the projection's jitter: in this frame, and in the previous one. A fourth uniform
@@ -40,7 +39,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     // What the march found in front of the first run is empty. Without runs, the ray is followed from its start.
     let first = first_run(marched_view, vec2<u32>(position.xy));
     var run = first;
-    var march = March(first.first - u32(first.has_cut), samples_of(ray), UNTESTED, 0.0);
+    var march = march_before(ray, first);
     var is_there = slices_of(first) > 0u || first.then != THEN_END;
     while is_there && march.alpha < HALF {
         run = next_run(ray, &march, HALF);

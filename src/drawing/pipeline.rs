@@ -165,6 +165,16 @@ fn layout_entries() -> Vec<BindGroupLayoutEntry> {
     entries
 }
 
+/// Shader definitions of the group that a volume is bound to.
+pub(super) fn bind_group_defs(group: usize) -> [ShaderDefVal; 2] {
+    ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"].map(|name| ShaderDefVal::UInt(name.into(), group as u32))
+}
+
+/// How the box of a volume is drawn (`drawn_box.wgsl`): by its back faces, as the camera may be inside.
+pub(super) fn box_primitive() -> PrimitiveState {
+    PrimitiveState { topology: PrimitiveTopology::TriangleStrip, cull_mode: Some(Face::Front), ..default() }
+}
+
 impl SpecializedRenderPipeline for DrawPipeline {
     type Key = DrawKey;
 
@@ -179,15 +189,14 @@ impl SpecializedRenderPipeline for DrawPipeline {
         descriptor.label = Some("contextual_ao_volume".into());
         descriptor.layout.truncate(VOLUME_BIND_GROUP);
         descriptor.layout.push(self.layout.clone());
-        let groups = ["VOLUME_BIND_GROUP", "RUNS_BIND_GROUP"]
-            .map(|name| ShaderDefVal::UInt(name.into(), VOLUME_BIND_GROUP as u32));
         let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
         let lit = variant.is_lit.then_some("LIT");
         let by_gradient = variant.by_gradient.then_some("BY_GRADIENT");
         let samples = variant.samples.shader_def();
         let named = [variant.texels, isosurface, lit, by_gradient, samples].into_iter().flatten();
         let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
-        let own = groups.into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
+        let own =
+            bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
         defs.extend(own);
         if let Some(fragment) = &mut descriptor.fragment {
@@ -195,13 +204,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
             fragment.shader_defs = defs.clone();
         }
         descriptor.vertex = VertexState { shader: self.shader.clone(), shader_defs: defs, ..default() };
-        // Back faces are drawn whatever is in front of them: the camera may be inside the box. The shader itself
-        // stops at opaque geometry.
-        descriptor.primitive = PrimitiveState {
-            topology: PrimitiveTopology::TriangleStrip,
-            cull_mode: Some(Face::Front),
-            ..default()
-        };
+        // Faces are drawn whatever is in front of them. The shader itself stops at opaque geometry.
+        descriptor.primitive = box_primitive();
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
         }

@@ -43,6 +43,7 @@
 }
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
+
 // Accumulated colour, premultiplied, and opacity.
 struct Pixel {
     color: vec3<f32>,

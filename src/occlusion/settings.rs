@@ -84,7 +84,8 @@ impl AmbientOcclusion {
         sampled_mm + geometry.cell_diagonal_mm() + self.footprint_mm(geometry)
     }
 
-    /// Radius, mm, around a voxel of all points whose clipping decides its coverage, and all that read the voxel.
+    /// Radius, mm, around a voxel of all points whose clipping decides its coverage, and all that read the voxel by a
+    /// trilinear look-up.
     ///
     /// The published points reach 1.025 voxel diagonals (supplementary notes to the paper's algorithm 2). The lines
     /// reach 1.095 voxels in two directions and 1 in the third, whichever way the clip camera looks. Where 2x2x2 voxels

@@ -132,6 +132,21 @@ impl Reconstruction {
         }
     }
 
+    /// Whether intensities are tricubic, and opacities with them.
+    pub(crate) fn is_tricubic(self) -> bool {
+        self == Self::Tricubic
+    }
+
+    /// Whether occlusion is looked up by the nearest 27 texels, not by 8.
+    pub(crate) fn smooths_occlusion(self) -> bool {
+        matches!(self, Self::SmoothOcclusion | Self::Tricubic)
+    }
+
+    /// Whether occlusion is looked up beside trilinear surfaces, where a surface without bumps is.
+    pub(crate) fn shifts_occlusion(self) -> bool {
+        matches!(self, Self::SmoothColors | Self::SmoothOcclusion)
+    }
+
     /// Shader definitions of the pass that draws volumes.
     pub(crate) fn shader_defs(self) -> &'static [&'static str] {
         match self {

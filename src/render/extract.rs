@@ -14,7 +14,7 @@ use crate::{
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
         AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, OcclusionTexels,
-        Optimizations, Recompute, Reconstruction, ShownOcclusion, VolumeShading,
+        Optimizations, Recompute, ShownOcclusion, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -77,6 +77,9 @@ impl Influence {
     }
 }
 
+/// Farthest way of a look-up, voxels. An edge half as wide as a scanner's asks for no more.
+const FARTHEST_SHIFT_VOXELS: f32 = 0.125;
+
 impl ExtractedVolume {
     /// Rays of a pixel at an outline; 0 if all pixels have one.
     pub fn outline_rays(&self) -> u32 {
@@ -96,19 +99,18 @@ impl ExtractedVolume {
 
     /// Whether occlusion is looked up by the nearest 27 texels, not by 8.
     pub fn smooths_occlusion(&self) -> bool {
-        let is_asked =
-            matches!(self.shading.reconstruction, Reconstruction::SmoothOcclusion | Reconstruction::Tricubic);
-        is_asked && self.occlusion.texels() != OcclusionTexels::Octants
+        self.shading.reconstruction.smooths_occlusion() && self.has_factors()
     }
 
-    /// Farthest way of an occlusion look-up from the point that is seen, voxels. An edge half as wide as a scanner's asks
-    /// for no more.
+    /// Farthest way of an occlusion look-up from the point that is seen, voxels.
     pub fn occlusion_shift_voxels(&self) -> f32 {
-        let has_bumps = matches!(
-            self.shading.reconstruction,
-            Reconstruction::SmoothColors | Reconstruction::SmoothOcclusion
-        );
-        if has_bumps && self.occlusion.texels() != OcclusionTexels::Octants { 0.125 } else { 0.0 }
+        let shifts = self.shading.reconstruction.shifts_occlusion() && self.has_factors();
+        if shifts { FARTHEST_SHIFT_VOXELS } else { 0.0 }
+    }
+
+    /// Whether occlusion is a factor, whatever the orientation of a surface is.
+    fn has_factors(&self) -> bool {
+        self.occlusion.texels() != OcclusionTexels::Octants
     }
 
     /// Radius, mm, around a voxel of all points whose clipping decides its coverage, and all that read the voxel.

@@ -73,7 +73,7 @@ impl MarchPass {
     }
 
     fn of(&self, variant: MarchVariant) -> &ComputePass {
-        &self.march[usize::from(variant.is_tricubic())][usize::from(variant.by_gradient)]
+        &self.march[usize::from(variant.reconstruction.is_tricubic())][usize::from(variant.by_gradient)]
     }
 
     /// Plans the march of a volume's views, and writes its inputs. `None` if all runs are as stored.

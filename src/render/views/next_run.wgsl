@@ -48,6 +48,11 @@ fn begin_march(ray: ViewRay) -> March {
     return March(0u, samples_of(ray), UNTESTED, 0.0);
 }
 
+// State before a run, with nothing accumulated.
+fn march_before(ray: ViewRay, run: Run) -> March {
+    return March(run.first - u32(run.has_cut), samples_of(ray), UNTESTED, 0.0);
+}
+
 // State behind a run that goes on with samples.
 fn march_behind(ray: ViewRay, run: Run, alpha: f32) -> March {
     return March(run.first + run.count, samples_of(ray), run.state, alpha);

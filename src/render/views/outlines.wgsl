@@ -1,5 +1,6 @@
 // Finds the pixels at outlines in multisampled views: where neighbouring rays meet surfaces that do not go on in each
-// other. Such a pixel is listed. Several rays, which are marched next, then take the place of the pixel's own ray. If the list has no room for all pixels, all keep their own ray.
+// other. Such a pixel is listed. Several rays, which are marched next, then take the place of the pixel's own ray. If the
+// list has no room for all pixels, all keep their own ray.
 
 #import bevy_contextual_ao::{
     marched_view::{MarchedView, NOT_LISTED, OUTLINE_HEAD, VIEWS, ray_through, run_of_pixel, word_of_slot},

@@ -52,13 +52,9 @@ impl MarchVariant {
         Self { reconstruction: volume.shading.reconstruction, by_gradient: volume.by_gradient }
     }
 
-    /// Whether intensities are tricubic.
-    pub fn is_tricubic(self) -> bool {
-        self.reconstruction == Reconstruction::Tricubic
-    }
-
+    /// Shader definitions of the pipelines.
     pub fn shader_defs(self) -> impl Iterator<Item = &'static str> {
-        let tricubic = self.is_tricubic().then_some("TRICUBIC");
+        let tricubic = self.reconstruction.is_tricubic().then_some("TRICUBIC");
         tricubic.into_iter().chain(self.by_gradient.then_some("BY_GRADIENT"))
     }
 }

@@ -4,7 +4,7 @@ use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
 
 use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{AmbientScale, Optimizations, Reconstruction, VolumeLighting, VoxelOpacities},
+    occlusion::{AmbientScale, Optimizations, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
     volume::LookupTable,
 };
@@ -91,7 +91,7 @@ impl VolumeUniform {
             AmbientScale::FlatSurface => volume.occlusion.flat_factor(geometry),
             AmbientScale::Published => 1.0,
         };
-        let is_tricubic = volume.shading.reconstruction == Reconstruction::Tricubic;
+        let reads_farther = volume.smooths_occlusion() && volume.shading.reconstruction.is_tricubic();
         let [occlusion_intensity, exposure] = volume.shading.drawn_light();
         // Blocks at the far edges count whole, with their part beyond the grid.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
@@ -127,7 +127,7 @@ impl VolumeUniform {
             occlusion_stride: stride,
             occlusion_widening: f32::from(volume.smooths_occlusion()),
             occlusion_shift: volume.occlusion_shift_voxels(),
-            deciding_voxels: if volume.smooths_occlusion() && is_tricubic { 4 } else { 3 },
+            deciding_voxels: if reads_farther { 4 } else { 3 },
             footprint_share: f32::from(volume.occlusion.opacities == VoxelOpacities::Means),
             occlusion_scale: flat_factor.recip() as f32,
             occlusion_intensity,
