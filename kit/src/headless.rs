@@ -5,7 +5,7 @@ mod waiting;
 use bevy::{
     app::PluginsState,
     asset::{RenderAssetUsages, UnapprovedPathMode},
-    camera::RenderTarget,
+    camera::{Hdr, RenderTarget},
     core_pipeline::tonemapping::Tonemapping,
     diagnostic::DiagnosticsStore,
     ecs::schedule::ScheduleLabel,
@@ -16,9 +16,8 @@ use bevy::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, Extent3d,
-            MapMode, PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat,
-            TextureUsages,
+            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, MapMode,
+            PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
         settings::WgpuSettings,
@@ -35,6 +34,7 @@ use bevy_contextual_ao::{
     prelude::*,
     render::{VolumeStore, VolumeTexture, VoxelMask},
 };
+use half::f16;
 use std::{
     path::PathBuf,
     time::{Duration, Instant},
@@ -129,12 +129,7 @@ impl Headless {
         }
         app.finish();
         app.cleanup();
-        let extent = Extent3d { width: size.x, height: size.y, ..default() };
-        let mut image =
-            Image::new_target_texture(extent.width, extent.height, TextureFormat::Rgba8UnormSrgb, None);
-        image.asset_usage = RenderAssetUsages::RENDER_WORLD;
-        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-        let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+        let target = add_target(&mut app, size, TextureFormat::Rgba8UnormSrgb);
         let mut headless = Self { app, patience: PATIENCE, target };
         // Timestamps of software drivers say nothing about compute passes.
         let by_clock = TimePassesByClock(headless.is_software());
@@ -156,6 +151,13 @@ impl Headless {
             Tonemapping::None,
             Msaa::Off,
         )
+    }
+
+    /// Lets a camera render half floats, for [`Self::light`]: nothing is rounded to bytes.
+    pub fn render_floats(&mut self, camera: Entity, size: UVec2) {
+        self.target = add_target(&mut self.app, size, TextureFormat::Rgba16Float);
+        let target = RenderTarget::Image(self.target.clone().into());
+        self.app.world_mut().entity_mut(camera).insert((target, Hdr));
     }
 
     /// Runs one frame and waits for the GPU to finish it. Panics if the renderer reports an error.
@@ -181,6 +183,15 @@ impl Headless {
         let images = world.resource::<RenderAssets<GpuImage>>();
         let image = images.get(&self.target).expect("a frame has been run");
         read_texture(world, &image.texture)
+    }
+
+    /// Light of the pixels of an image of half floats: red, green and blue, rows from top to bottom.
+    pub fn light(&self) -> Vec<[f64; 3]> {
+        let value = |bytes: &[u8]| f16::from_le_bytes([bytes[0], bytes[1]]).to_f64();
+        self.image()
+            .chunks_exact(8)
+            .map(|texel| [0, 1, 2].map(|channel| value(&texel[2 * channel..])))
+            .collect()
     }
 
     /// First channel of a volume's texture: one value per voxel, 0 to 255, x fastest. Empty while there is no such
@@ -335,6 +346,14 @@ impl Drop for Headless {
         let _alone = device::alone();
         self.app = App::empty();
     }
+}
+
+/// Adds an image to render into.
+fn add_target(app: &mut App, size: UVec2, format: TextureFormat) -> Handle<Image> {
+    let mut image = Image::new_target_texture(size.x, size.y, format, None);
+    image.asset_usage = RenderAssetUsages::RENDER_WORLD;
+    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+    app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
 
 /// Voxel at an index into a volume's voxels, x fastest.

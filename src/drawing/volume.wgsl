@@ -27,15 +27,14 @@
 #endif
 #import bevy_contextual_ao::{
     ambient_light::ambient_at,
-    classification::{EXTINCTIONS, classify},
+    classification::classify,
     drawn_box::corner_of_box,
-    gradients::gradient_at,
-    orientation::{Cut, NO_CUT},
+    lit_slices::{NOTHING_SEEN, SeenPair, end_at, lit_mm, middle_of, note_lit, pair_of, seen_slice},
     marched_view::{MarchedView, NOT_LISTED, listed_pixels, outline_offset, outline_rays, ray_through, word_of_slot},
-    next_run::{intensity_at, march_behind, next_run},
-    preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place, value_at},
+    next_run::{march_behind, next_run},
+    orientation::{Cut, NO_CUT},
     reconstruction::smooth_at_place,
-    runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
+    runs::{Run, THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
     seen::{first_run, run_at, runs},
     shading::shade,
     view_ray::{OPAQUE, ViewRay},
@@ -50,105 +49,34 @@ struct Pixel {
     alpha: f32,
 }
 
-// Slices of less opacity are shaded in their middle.
-const THIN: f32 = 0.1;
-// A difference of extinctions that counts as none, as a share of them.
-const EVEN: f32 = 1e-3;
-// A slice with a peak is halved this often.
-const PLACE_HALVINGS: i32 = 5;
-
-// An end of a slice, for a gradient.
-struct End {
-    intensity: f32,
-    gradient: f32,
-    place: TablePlace,
-}
-
-fn end_at(ray: ViewRay, along_mm: f32) -> End {
-    let intensity = intensity_at(ray, along_mm);
-    return End(intensity, 0.0, table_place(intensity, EXTINCTIONS, 0.0));
-}
-
-fn end_at_gradient(end: End, gradient: f32) -> End {
-    return End(end.intensity, gradient, at_gradient(end.place, EXTINCTIONS, gradient));
-}
-
-// Place in the table of a part of a slice.
-fn place_between(first: End, last: End, part: f32) -> TablePlace {
-    return table_place(mix(first.intensity, last.intensity, part), EXTINCTIONS, first.gradient);
-}
-
-// The part of a slice in front of the place up to which extinction adds up to `half`; `mean` is that of the slice.
-fn place_of_half(first: End, last: End, mean: f32, half: f32) -> f32 {
-    let before = value_at(first.place);
-    let behind = value_at(last.place);
-    let tolerance = EVEN * mean;
-    if min(before, behind) > mean + tolerance || max(before, behind) < mean - tolerance {
-        // The slice has a peak or a valley: the place is found by halving.
-        var near = 0.0;
-        var far = 1.0;
-        for (var k = 0; k < PLACE_HALVINGS; k += 1) {
-            let middle = 0.5 * (near + far);
-            let depth = middle * mean_between(first.place, place_between(first, last, middle));
-            near = select(near, middle, depth < half);
-            far = select(middle, far, depth < half);
-        }
-        return 0.5 * (near + far);
-    }
-    // A jump of extinction, as at a surface, gives a first guess. A step by Newton's method mends it.
-    let change = behind - before;
-    let jump = saturate(select((behind - mean) / change, 0.0, abs(change) < tolerance));
-    let in_front = before * jump;
-    let part = saturate(select(jump + (half - in_front) / behind, half / before, half < in_front));
-    let place = place_between(first, last, part);
-    let depth = part * mean_between(first.place, place);
-    return saturate(part + (half - depth) / max(value_at(place), 0.25 * mean));
-}
-
 // A cut as seen from a point of the ray behind it.
 fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
     return Cut(ray.origin + cut_mm * ray.velocity, (along_mm - cut_mm) / volume.voxel_mm);
 }
 
-// Adds a slice of a ray to a pixel. Its intensities change from `first` to `last`.
-fn accumulate(before: Pixel, slice: Slice, begin: End, end: End, ray: ViewRay, cut_mm: f32) -> Pixel {
-    let middle = ray.origin + 0.5 * (slice.begin_mm + slice.end_mm) * ray.velocity;
-    let gradient = gradient_at(middle);
-    let first = end_at_gradient(begin, gradient);
-    let last = end_at_gradient(end, gradient);
-    let mean = mean_between(first.place, last.place);
-    var extinction = mean;
-#ifdef MODULATED
-    let share = opacity_share_at(middle);
-    // The opacity of a unit distance is modulated. A whole share changes no bit.
-    let modulated = -log((1.0 - share) + share * exp(-extinction));
-    extinction = select(modulated, extinction, share > 0.9999);
-#endif
-    let slice_alpha = slice_opacity(extinction, slice.steps);
-    let opacity = (1.0 - before.alpha) * slice_alpha;
-    if slice.steps <= 0.0 || opacity <= 0.0 {
+// Adds two slices to a pixel. They have colours of their own, and share the light of one place.
+fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, ray: ViewRay, cut_mm: f32) -> Pixel {
+    let near = pair.near;
+    let far = pair.far;
+    let opacity = near.opacity + far.opacity;
+    if opacity <= 0.0 {
         return before;
     }
-    var part = 0.5;
-    if slice_alpha > THIN {
-        // Half of the opacity lies in front.
-        let share = -log(1.0 - 0.5 * slice_alpha) / (extinction * slice.steps * volume.draw_exponent);
-        part = place_of_half(first, last, mean, share * mean);
-    }
-    let along_mm = mix(slice.begin_mm, slice.end_mm, part);
     let p = ray.origin + along_mm * ray.velocity;
     let cut = cut_before(ray, cut_mm, along_mm);
     var occluded_at = p;
+    // How much higher the smooth intensity is than the slices' own.
+    var lift = 0.0;
 #ifdef SMOOTH_COLORS
     let smooth_here = smooth_at_place(p);
-    let intensity = smooth_here.sharp;
+    lift = smooth_here.sharp - mix(near.intensity, far.intensity, pair.share);
     // Trilinear surfaces have bumps between voxels, across which occlusion changes. It is looked up where a smooth
     // surface is.
     occluded_at += smooth_here.to_spline;
-#else
-    let intensity = mix(first.intensity, last.intensity, part);
 #endif
-    let base = classify(intensity, gradient).rgb;
+    let near_color = classify(near.intensity + lift, near.gradient).rgb;
+    let far_color = classify(far.intensity + lift, far.gradient).rgb;
+    let base = mix(near_color, far_color, pair.share);
     let color = shade(base, opacity, p, ray.direction, ambient_at(occluded_at, cut), cut);
     return Pixel(before.color + opacity * color, before.alpha + opacity);
 }
@@ -157,16 +85,29 @@ fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
     var pixel = before;
     // A ray that begins in the volume's box begins at a cut too.
     let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
-    var first = end_at(ray, slice_of_run(ray, run, 0u).begin_mm);
-    for (var k = 0u; k < slices_of(run) && pixel.alpha < OPAQUE; k += 1u) {
-        let slice = slice_of_run(ray, run, k);
-        // Opaque geometry hides the rest.
-        if slice.steps < 0.0 {
-            break;
+    var begin = end_at(ray, slice_of_run(ray, run, 0u).begin_mm);
+    let slices = slices_of(run);
+    var k = 0u;
+    while k < slices && pixel.alpha < OPAQUE {
+        let number = k / 2u;
+        var near = NOTHING_SEEN;
+        var far = NOTHING_SEEN;
+        for (var j = 0u; j < 2u && k < slices && pixel.alpha + far.opacity < OPAQUE; j += 1u) {
+            let slice = slice_of_run(ray, run, k);
+            let end = end_at(ray, slice.end_mm);
+            var share = 1.0;
+#ifdef MODULATED
+            share = opacity_share_at(middle_of(ray, slice));
+#endif
+            near = far;
+            far = seen_slice(ray, slice, begin, end, pixel.alpha + near.opacity, share);
+            begin = end;
+            // Opaque geometry hides the rest.
+            k = select(k + 1u, slices, slice.steps < 0.0);
         }
-        let last = end_at(ray, slice.end_mm);
-        pixel = accumulate(pixel, slice, first, last, ray, cut_mm);
-        first = last;
+        let pair = pair_of(near, far);
+        let along_mm = select(lit_mm(pair), lit_place(ray, run, number), tells_place(run, number));
+        pixel = accumulate(pixel, pair, along_mm, ray, cut_mm);
     }
     return pixel;
 }
@@ -261,6 +202,7 @@ fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
     while run.then >= THEN_SAMPLES && pixel.alpha < OPAQUE {
         var march = march_behind(ray, run, pixel.alpha);
         run = next_run(ray, &march, OPAQUE);
+        note_lit(&run, ray);
         pixel = accumulate_run(pixel, run, ray);
     }
 #endif

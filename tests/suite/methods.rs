@@ -47,7 +47,8 @@ fn two_eyes_see_the_same_factor_where_it_is_of_voxels() {
 #[test]
 fn a_thin_wall_counts_for_rays_and_hardly_when_densities_are_counted() {
     let [rays, counted] = ["rays", "filtering, Chebyshev"].map(|name| places::thin(&method(name)));
-    assert!(rays > 0.7 && counted < 0.5, "rays {rays}, counted {counted}");
+    // By the definition at the floor's points, over 4096 rays: 0.75. Here opacities are means over voxels.
+    assert!(rays > 0.6 && counted < 0.25, "rays {rays}, counted {counted}");
 }
 
 #[test]

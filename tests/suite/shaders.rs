@@ -18,7 +18,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 33] = sources![
+const LIBRARIES: [(&str, &str); 34] = sources![
     "volumes/bindings.wgsl",
     "volumes/reconstruction.wgsl",
     "volumes/gradients.wgsl",
@@ -39,6 +39,7 @@ const LIBRARIES: [(&str, &str); 33] = sources![
     "views/window.wgsl",
     "views/view_ray.wgsl",
     "views/runs.wgsl",
+    "views/lit_slices.wgsl",
     "views/next_run.wgsl",
     "clipping/density.wgsl",
     "methods/filtering/voxel_lines.wgsl",

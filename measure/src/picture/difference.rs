@@ -24,8 +24,8 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// The difference of an RGBA picture from the true levels.
-    pub fn of(picture: &[u8], levels: &[[f64; 3]], truth: &[Pixel], size: UVec2) -> Self {
+    /// The difference of a picture's levels from the true ones.
+    pub fn of(picture: &[[f64; 3]], levels: &[[f64; 3]], truth: &[Pixel], size: UVec2) -> Self {
         let at = |x: u32, y: u32| (y * size.x + x) as usize;
         let counts = |k: usize| truth[k].alpha > LEAST_ALPHA && truth[k].facing > LEAST_FACING;
         let mut difference = Self { pairs: Vec::new(), facing: Vec::new() };
@@ -35,8 +35,7 @@ impl Difference {
                     (y - MARGIN..=y + MARGIN).flat_map(|v| (x - MARGIN..=x + MARGIN).map(move |u| (u, v)));
                 if around.all(|(u, v)| counts(at(u, v))) {
                     let k = at(x, y);
-                    let shown = [0, 1, 2].map(|channel| f64::from(picture[4 * k + channel]));
-                    difference.pairs.push((shown, levels[k]));
+                    difference.pairs.push((picture[k], levels[k]));
                     difference.facing.push(truth[k].facing);
                 }
             }

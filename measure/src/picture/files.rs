@@ -8,18 +8,16 @@ use std::path::Path;
 const AMPLIFIED: f64 = 8.0;
 
 /// Writes `PATH_picture.png`, `PATH_truth.png` and `PATH_difference.png`, which is the first minus the second, times 8.
-pub fn write(path: &Path, picture: &[u8], levels: &[[f64; 3]], size: UVec2) -> Result<(), String> {
-    let pairs = || picture.chunks_exact(4).zip(levels);
-    let shown = pairs().map(|(shown, _)| [shown[0], shown[1], shown[2]]);
-    let truth = pairs().map(|(_, level)| level.map(|level| level.round() as u8));
-    let difference = pairs().map(|(shown, level)| {
+pub fn write(path: &Path, picture: &[[f64; 3]], levels: &[[f64; 3]], size: UVec2) -> Result<(), String> {
+    let bytes = |levels: &[f64; 3]| levels.map(|level| level.round() as u8);
+    let difference = picture.iter().zip(levels).map(|(shown, level)| {
         [0, 1, 2].map(|channel| {
-            let apart = f64::from(shown[channel]) - level[channel];
+            let apart = shown[channel] - level[channel];
             (128.0 + AMPLIFIED * apart).round().clamp(0.0, 255.0) as u8
         })
     });
-    save(path, "picture", shown, size)?;
-    save(path, "truth", truth, size)?;
+    save(path, "picture", picture.iter().map(bytes), size)?;
+    save(path, "truth", levels.iter().map(bytes), size)?;
     save(path, "difference", difference, size)
 }
 

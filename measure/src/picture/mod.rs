@@ -82,23 +82,31 @@ fn compare(scene: &PictureScene, options: &Options) -> Result<(), String> {
         }
         let occlusion = AmbientOcclusion::by(setting.rays);
         let mut stage = Stage::new(scene.parts(setting.shading.clone(), occlusion)?, scene.eye.size);
+        stage.headless.render_floats(stage.scene.camera, scene.eye.size);
         // What is translucent is judged by itself, not by what is behind it.
         stage.headless.app.insert_resource(ClearColor(Color::BLACK));
         for mode in MODES {
             stage.prepare(mode, setting.rays.pattern)?;
-            let picture = stage.image();
+            stage.headless.frame();
+            let unrounded: Vec<_> = stage.headless.light().iter().map(|light| light.map(level_of)).collect();
+            let picture: Vec<_> = unrounded.iter().map(|levels| levels.map(f64::round)).collect();
             let true_levels: Vec<[f64; 3]> = truth.iter().map(|pixel| levels(pixel, mode)).collect();
-            let difference = Difference::of(&picture, &true_levels, &truth, scene.eye.size);
-            let normals = (mode == ShadingMode::Phong && scene.is_grey)
-                .then(|| difference.angles_by(|level| facing_of(light_of(level), light_of(255.0 * GREY))));
+            let figures = |picture: &[[f64; 3]]| {
+                let difference = Difference::of(picture, &true_levels, &truth, scene.eye.size);
+                let normals = (mode == ShadingMode::Phong && scene.is_grey).then(|| {
+                    difference.angles_by(|level| facing_of(light_of(level), light_of(255.0 * GREY)))
+                });
+                merged(difference.to_json(), angles_to_json(normals))
+            };
             let which = json!({
                 "voxels": scene.field.voxels,
                 "transfer": scene.transfer,
                 "setting": setting.name,
                 "mode": mode.name(),
                 "pixels_per_voxel": pixels_per_voxel(scene),
+                "unrounded": figures(&unrounded),
             });
-            stage.print(merged(merged(which, difference.to_json()), angles_to_json(normals)));
+            stage.print(merged(which, figures(&picture)));
             let name = [&scene.name, &scene.transfer, setting.name, mode.name()].join("_");
             files::write(
                 &options.out.join(format!("{name}_{}", scene.field.voxels)),

@@ -3,6 +3,7 @@
 // that opaque meshes will hide are not known yet: somewhat more is found than is drawn, never less.
 
 #import bevy_contextual_ao::{
+    lit_slices::note_lit,
     marched_view::{
         HAS_RUNS, MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray, ray_through,
         run_of_pixel, unpack_pixel,
@@ -78,6 +79,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     var run = no_run();
     while true {
         var behind = next_run(ray, &march, OPAQUE + OPACITY_MARGIN);
+        note_lit(&behind, ray);
         let is_more = slices_of(behind) > 0u;
         // Where the run behind is stored, if there is one; the first run has its place.
         var next = at;

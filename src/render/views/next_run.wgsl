@@ -19,8 +19,9 @@
     classification::EXTINCTIONS,
     clip_test::is_visible,
     gradients::gradient_at,
+    lit_slices::intensity_at,
     preintegration::{TablePlace, at_gradient, mean_between, slice_opacity, table_place},
-    reconstruction::{intensity_at_place, trilinear_at_place},
+    reconstruction::trilinear_at_place,
     runs::{MOST_IN_RUN, NO_RUN, Run, THEN_END, THEN_SAMPLES, THEN_OPAQUE},
     view_ray::{ViewRay, along_ray, samples_of},
     volume_bindings::{may_be_visible_between, volume},
@@ -56,10 +57,6 @@ fn march_before(ray: ViewRay, run: Run) -> March {
 // State behind a run that goes on with samples.
 fn march_behind(ray: ViewRay, run: Run, alpha: f32) -> March {
     return March(run.first + run.count, samples_of(ray), run.state, alpha);
-}
-
-fn intensity_at(ray: ViewRay, along_mm: f32) -> f32 {
-    return intensity_at_place(ray.origin + along_mm * ray.velocity);
 }
 
 // Bounds of the intensity at the point of a ray, in a brick with this word.
@@ -107,7 +104,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
     var i = (*march).i;
     var state = (*march).state;
     var alpha = (*march).alpha;
-    var run = Run(i, 0u, false, 0.0, 1.0, UNTESTED, THEN_END, NO_RUN, false);
+    var run = Run(i, 0u, false, 0.0, 1.0, 0.0, 0.0, UNTESTED, THEN_END, NO_RUN, false);
     // Of both ends of the interval: words of their bricks, bounds of their intensities, and intensities. Those of the first
     // end are only known if `is_known`.
     var word = word_at(ray, along_ray(ray, i));
@@ -181,7 +178,7 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             alpha = alpha_behind(alpha, extinction, 1.0);
             place = place_behind;
             run.count += 1u;
-            run.last_steps = 1.0;
+            run.last_part = 1.0;
             i += 1u;
         }
         if i >= count || run.count == MOST_IN_RUN || alpha >= most_alpha {
@@ -239,9 +236,8 @@ fn next_run(ray: ViewRay, march: ptr<function, March>, most_alpha: f32) -> Run {
             run.cut_mm = select(run.cut_mm, visible_mm, enters);
             run.first = select(run.first, i + u32(enters), !is_open);
             run.count += u32(!enters);
-            run.last_steps = (last_mm - begin_mm) / step_mm;
-            let steps = select(run.last_steps, (end_mm - visible_mm) / step_mm, enters);
-            alpha = alpha_behind(alpha, extinction, steps);
+            run.last_part = select(1.0, (visible_mm - begin_mm) / (end_mm - begin_mm), leaves);
+            alpha = alpha_behind(alpha, extinction, (last_mm - first_mm) / step_mm);
         }
         is_done = is_open && !is_seen || is_seen && leaves;
         is_open = is_seen && !leaves;

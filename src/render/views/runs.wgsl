@@ -16,8 +16,11 @@ struct Run {
     // Whether there is a slice at the cut, and the cut's distance from the ray's start, mm.
     has_cut: bool,
     cut_mm: f32,
-    // Length of the last slice, steps.
-    last_steps: f32,
+    // Part of the last interval that is seen.
+    last_part: f32,
+    // Where the first and the last pair of slices are lit (`lit_slices`), steps from where the pair begins.
+    first_lit: f32,
+    last_lit: f32,
     // State of the sample behind the run (`next_run`).
     state: u32,
     // What is behind the run: THEN_*
@@ -39,13 +42,22 @@ const MOST_IN_RUN: u32 = 0xfffu;
 const NO_RUN: u32 = 0x3ffffffu;
 const CUT_OFF: u32 = 0x4000000u;
 
+// Units of the part of an interval, and of places where pairs are lit: 7, 12 and 12 bits of a word.
+const PART_UNIT: f32 = 1.0 / 64.0;
+const LIT_UNIT: f32 = 1.0 / 2047.0;
+
 fn no_run() -> Run {
-    return Run(0u, 0u, false, 0.0, 0.0, 0u, THEN_END, NO_RUN, false);
+    return Run(0u, 0u, false, 0.0, 0.0, 0.0, 0.0, 0u, THEN_END, NO_RUN, false);
+}
+
+fn pack_lit(steps: f32) -> u32 {
+    return u32(clamp(steps, 0.0, 2.0) / LIT_UNIT + 0.5);
 }
 
 fn pack_run(run: Run) -> vec4<u32> {
     let behind = run.next | select(0u, CUT_OFF, run.is_cut_off) | (run.state << 27u) | (run.then << 29u) | (u32(run.has_cut) << 31u);
-    return vec4(run.first | (run.count << 20u), bitcast<u32>(run.cut_mm), behind, bitcast<u32>(run.last_steps));
+    let places = u32(run.last_part / PART_UNIT + 0.5) | (pack_lit(run.first_lit) << 7u) | (pack_lit(run.last_lit) << 19u);
+    return vec4(run.first | (run.count << 20u), bitcast<u32>(run.cut_mm), behind, places);
 }
 
 fn unpack_run(bits: vec4<u32>) -> Run {
@@ -54,7 +66,9 @@ fn unpack_run(bits: vec4<u32>) -> Run {
         bits.x >> 20u,
         (bits.z >> 31u) != 0u,
         bitcast<f32>(bits.y),
-        bitcast<f32>(bits.w),
+        f32(bits.w & 0x7fu) * PART_UNIT,
+        f32((bits.w >> 7u) & 0xfffu) * LIT_UNIT,
+        f32((bits.w >> 19u) & 0xfffu) * LIT_UNIT,
         (bits.z >> 27u) & 3u,
         (bits.z >> 29u) & 3u,
         bits.z & NO_RUN,
@@ -80,10 +94,21 @@ fn slice_of_run(ray: ViewRay, run: Run, number: u32) -> Slice {
     let is_cut = run.has_cut && number == 0u;
     let i = run.first + select(number - u32(run.has_cut), 0u, is_cut);
     let along_mm = along_ray(ray, i);
+    let next_mm = along_ray(ray, i + 1u);
     let is_last = i + 1u == run.first + run.count;
-    let last_mm = along_mm + run.last_steps * volume.draw_step_mm;
     let begin_mm = select(along_mm, run.cut_mm, is_cut);
-    let whole_end_mm = select(select(along_ray(ray, i + 1u), last_mm, is_last), along_mm, is_cut);
+    let whole_end_mm = select(select(next_mm, mix(along_mm, next_mm, run.last_part), is_last), along_mm, is_cut);
     let end_mm = min(whole_end_mm, ray.end_mm);
     return Slice(begin_mm, end_mm, (end_mm - begin_mm) / volume.draw_step_mm);
+}
+
+// Whether a run tells where a pair of its slices is lit: the first and the last one.
+fn tells_place(run: Run, pair: u32) -> bool {
+    return pair == 0u || 2u * pair + 2u >= slices_of(run);
+}
+
+// Where such a pair is lit, distance from the ray's start. It does not depend on the ray's end.
+fn lit_place(ray: ViewRay, run: Run, pair: u32) -> f32 {
+    let steps = select(run.last_lit, run.first_lit, pair == 0u);
+    return slice_of_run(ray, run, 2u * pair).begin_mm + steps * volume.draw_step_mm;
 }

@@ -7,8 +7,7 @@
 
 #import bevy_contextual_ao::{
     marched_view::{MarchedView, run_of_pixel},
-    next_run::UNTESTED,
-    runs::{NO_RUN, Run, THEN_SAMPLES, unpack_run},
+    runs::{Run, THEN_SAMPLES, no_run, unpack_run},
 }
 
 @group(#{RUNS_BIND_GROUP}) @binding(11) var<storage, read> runs: array<vec4<u32>>;
@@ -24,5 +23,8 @@ fn run_at(view: MarchedView, first: u32) -> Run {
         return unpack_run(runs[first]);
     }
     // There was no room for any run of the ray: it is followed from its first sample.
-    return Run(0u, 0u, false, 0.0, 0.0, UNTESTED, THEN_SAMPLES, NO_RUN, true);
+    var run = no_run();
+    run.then = THEN_SAMPLES;
+    run.is_cut_off = true;
+    return run;
 }

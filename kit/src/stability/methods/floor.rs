@@ -78,6 +78,8 @@ impl Floor {
             ambient_scale: AmbientScale::Published,
             ..default()
         });
+        let camera = scene.camera();
+        scene.headless.render_floats(camera, IMAGE);
         let mut floor = Self { scene, occlusion: occlusion.clone() };
         floor.look_from_above();
         floor.scene.settle();
@@ -170,9 +172,8 @@ impl Floor {
             Some(projection) => projection.get_clip_from_view(),
             None => Mat4::IDENTITY,
         };
-        let bytes = self.scene.headless.image();
         Shown {
-            values: bytes.chunks(4).map(|pixel| Color::srgb_u8(pixel[0], 0, 0).to_linear().red).collect(),
+            values: self.scene.headless.light().iter().map(|[red, ..]| *red as f32).collect(),
             clip_from_world: clip_from_view * place.to_matrix().inverse(),
         }
     }

@@ -10,7 +10,7 @@
         MarchedView, OF_OUTLINES, OUTLINE_HEAD, VIEWS, has_flag, listed_pixels, outline_slot, place_of_ray,
         ray_through,
     },
-    runs::{THEN_RUN, THEN_SAMPLES, slice_of_run, slices_of, unpack_run},
+    runs::{THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
     seen::{first_run, runs},
     view_ray::{ViewRay, along_ray, samples_of},
     volume_bindings::volume,
@@ -67,6 +67,10 @@ fn mark(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             if is_rest {
                 let along_mm = along_ray(ray, run.first + k);
                 texels = texels_between(ray, along_mm, along_ray(ray, run.first + k + 1u), margin);
+            } else if tells_place(run, k / 2u) {
+                texels = texels_at(ray, lit_place(ray, run, k / 2u), margin);
+                // The second slice of the pair has the same place.
+                k += 1u;
             } else {
                 let slice = slice_of_run(ray, run, k);
                 texels = texels_between(ray, slice.begin_mm, slice.end_mm, margin);
@@ -107,7 +111,7 @@ fn texels_at(ray: ViewRay, along_mm: f32, place_margin: f32) -> Texels {
     return Texels(vec3<i32>(floor(point - margin) - widening), vec3<i32>(floor(point + margin)) + 1);
 }
 
-// Texels of all places between two distances: drawing shades a slice where its opacity shows.
+// Texels of all places between two distances: where drawing lights a pair of slices, if its run does not tell.
 fn texels_between(ray: ViewRay, begin_mm: f32, end_mm: f32, margin: f32) -> Texels {
     let a = texels_at(ray, begin_mm, margin);
     let b = texels_at(ray, end_mm, margin);

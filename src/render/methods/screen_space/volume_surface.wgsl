@@ -8,7 +8,8 @@
 #import bevy_contextual_ao::{
     classification::{classify, correct_opacity},
     gradients::gradient_at,
-    next_run::{begin_march, intensity_at, is_visible_at, next_run},
+    lit_slices::intensity_at,
+    next_run::{begin_march, is_visible_at, next_run},
     orientation::{inward_by_opacities, inward_from_face},
     runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
