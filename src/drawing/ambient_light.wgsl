@@ -8,7 +8,7 @@
 #ifdef OCTANTS
 #import bevy_contextual_ao::{
     octants::{Octants, high_octants_at, low_octants_at, octants_factor},
-    orientation::orientation_at,
+    orientation::{mean_inward, orientation_at},
 }
 #endif
 #import bevy_contextual_ao::{orientation::Cut, reconstruction::quadratic, volume_bindings::{edge_sampler, volume}}
@@ -38,7 +38,7 @@ fn ambient_at(p: vec3<f32>, cut: Cut) -> f32 {
 #ifdef OCTANTS
     let low = textureSampleLevel(occlusion, edge_sampler, low_octants_at(p), 0.0);
     let high = textureSampleLevel(occlusion, edge_sampler, high_octants_at(p), 0.0);
-    let factor = octants_factor(Octants(low, high), orientation_at(p, cut).inward);
+    let factor = octants_factor(Octants(low, high), mean_inward(orientation_at(p, cut)));
 #else
     let factor = factor_at(p);
 #endif

@@ -84,3 +84,46 @@ fn a_cut_is_lit_as_the_carvers_own_surface() {
     check("cut", ClipMesh::default(), pose);
     check("kept", ClipMesh::intersect(), Transform::from_xyz(1.0, -2.0, 1.0).with_rotation(turn));
 }
+
+#[test]
+fn a_rim_is_as_bright_as_the_surfaces_that_meet_there() {
+    // A ridge: one side is the surface of the matter, as a scanner sees it, the other one a cut.
+    let [face, cut] = [-1.0, 1.0].map(|side| DVec3::new(side, 0.0, 1.0).normalize());
+    let half = 0.5 * f64::from(BLOCK);
+    let matter = volume_from(UVec3::splat(BLOCK), DVec3::ONE, |p| {
+        // The grid lies in patient space.
+        let place = half * DVec3::new(-p.x, p.z, p.y);
+        1.0 / (1.0 + (1.702 * (place.dot(face) - 4.0) / 0.9).exp())
+    });
+    let function = TransferFunction::ramp(76.0, 179.0, 1.0, [COLOR; 3]).expect("a valid ramp");
+    let mut scene = scene_of(matter, function, ShadingMode::Phong);
+    let volume = scene.volume;
+    scene.world().entity_mut(volume).insert(VolumeShading { jitter: false, ..default() });
+    scene.headless.set_mode(volume, ShadingMode::Phong);
+    let pose = Transform::from_translation((24.0 * cut).as_vec3())
+        .with_rotation(Quat::from_rotation_arc(Vec3::Z, cut.as_vec3()));
+    scene.carve(Cuboid::new(40.0, 60.0, 40.0), ClipMesh::default(), pose);
+    scene.settle();
+    let camera = scene.camera();
+    let view = View::of(&mut scene, camera, IMAGE);
+    let image = scene.headless.image();
+    let color = f64::from(LinearRgba::from(Srgba::rgb(COLOR, COLOR, COLOR)).red);
+    let mut seen = [0, 0];
+    for index in 0..IMAGE.element_product() {
+        let pixel = UVec2::new(index % IMAGE.x, index / IMAGE.x);
+        let (origin, direction) = view.ray(pixel.as_dvec2() + 0.5);
+        // Where the ray meets the level of the ridge.
+        let place = origin / f64::from(WORLD_UNITS_PER_MM);
+        let place = place + direction * ((4.0 * 2f64.sqrt() - place.z) / direction.z);
+        if place.truncate().abs().max_element() > 6.0 {
+            continue;
+        }
+        let levels = [face, cut]
+            .map(|normal| srgb_byte(blinn_phong(DVec3::splat(color), normal.dot(direction).abs(), 1.0).x));
+        let [low, high] = [levels[0].min(levels[1]), levels[0].max(levels[1])];
+        let shown = f64::from(image[4 * index as usize]);
+        assert!(shown > low - 2.0 && shown < high + 2.0, "{place}: {shown} is not from {low} to {high}");
+        seen[usize::from(place.x > 0.0)] += 1;
+    }
+    assert!(seen[0] > 100 && seen[1] > 100, "pixels on both sides: {seen:?}");
+}

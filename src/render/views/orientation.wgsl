@@ -22,11 +22,23 @@ struct Cut {
 
 const NO_CUT: Cut = Cut(vec3(0.0), 1e9);
 
-// Direction into what is seen, volume space, of any length, and how much of a surface there is: 1, or 0 where opacity
+// Direction into what is seen, volume space, of length 1 or 0, and how much of a surface there is: 1, or 0 where opacity
 // does not change.
-struct Orientation {
+struct Surface {
     inward: vec3<f32>,
     strength: f32,
+}
+
+// Surfaces at a point: that of the matter there, and that of a cut in front of it. Strengths add up to at most 1.
+struct Orientation {
+    own: Surface,
+    cut: Surface,
+}
+
+// Unit vector of a direction; 0 if there is none.
+fn unit(direction: vec3<f32>) -> vec3<f32> {
+    let size = length(direction);
+    return select(vec3(0.0), direction / size, size > 1e-6);
 }
 
 // Direction into the grid through the face that a point lies on; 0 if the point lies on no face.
@@ -50,7 +62,8 @@ fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
     // A solid cut by the end of the grid faces out of the grid there, wherever the nearest surface is.
     let face = inward_from_face(p);
     let outward = textureSampleLevel(surface, edge_sampler, p, 0.0).xyz;
-    return Orientation(select(-outward, face, dot(face, face) > 0.0), 1.0);
+    let inward = unit(select(-outward, face, dot(face, face) > 0.0));
+    return Orientation(Surface(inward, 1.0), Surface(vec3(0.0), 0.0));
 }
 #else
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
@@ -70,21 +83,15 @@ fn inward_by_opacities(p: vec3<f32>) -> vec3<f32> {
     return (transpose(volume.texture_from_local) * vec4(per_texture, 0.0)).xyz;
 }
 
-// Unit vector of a direction; 0 if there is none.
-fn unit(direction: vec3<f32>) -> vec3<f32> {
-    let size = length(direction);
-    return select(vec3(0.0), direction / size, size > 1e-6);
-}
-
 // Change of opacity over a voxel, as a share of the opacity, from which on there is a whole surface.
 const SURFACE_CHANGE: f32 = 0.05;
 
-// Orientation by the intensities alone; the direction has length 1 or 0.
+// Surface by the intensities alone.
 //
 // A surface is often seen in the foot of an edge, where the gradient is small and follows the voxels. Its direction is
 // therefore taken where the edge is steepest, up to a voxel from there along the gradient. In front of a thin wall that
 // place is in front of the wall's middle.
-fn orientation_by_intensities(p: vec3<f32>) -> Orientation {
+fn orientation_by_intensities(p: vec3<f32>) -> Surface {
     let texel = 1.0 / vec3<f32>(volume.dimensions);
     // A rough gradient, per voxel.
     let around = trilinear_around(p);
@@ -102,7 +109,7 @@ fn orientation_by_intensities(p: vec3<f32>) -> Orientation {
     let change = max(abs(opacity.x - opacity.y), abs(opacity.z - opacity.y));
     let most = max(opacity.x, max(opacity.y, opacity.z));
     let strength = saturate(change / max(SURFACE_CHANGE * most, 1e-9));
-    return Orientation(select(1.0, -1.0, opacity.z < opacity.x) * inward, strength);
+    return Surface(select(1.0, -1.0, opacity.z < opacity.x) * inward, strength);
 }
 
 // Direction into what is seen at a point on a cut, volume space, of any length.
@@ -124,15 +131,20 @@ fn inward_from_cut(p: vec3<f32>) -> vec3<f32> {
 const CUT_FADES: f32 = 1.0;
 const CUT_FADES_INSIDE: f32 = 4.0;
 
-// The orientation at a point. Lengths of directions are 1 or less.
+// The orientation at a point.
 fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
     let own = orientation_by_intensities(p);
     if cut.distance >= CUT_FADES_INSIDE {
-        return own;
+        return Orientation(own, Surface(vec3(0.0), 0.0));
     }
     let inside = (1.0 - own.strength) * (1.0 - cut.distance / CUT_FADES_INSIDE);
     let share = max(1.0 - cut.distance / CUT_FADES, inside);
-    let rest = (1.0 - share) * own.strength;
-    return Orientation(rest * own.inward + share * unit(inward_from_cut(cut.place)), rest + share);
+    let rest = Surface(own.inward, (1.0 - share) * own.strength);
+    return Orientation(rest, Surface(unit(inward_from_cut(cut.place)), share));
 }
 #endif
+
+// One direction for all surfaces at a point; 0 if there is none.
+fn mean_inward(orientation: Orientation) -> vec3<f32> {
+    return orientation.own.strength * orientation.own.inward + orientation.cut.strength * orientation.cut.inward;
+}

@@ -3,13 +3,21 @@
 
 #define_import_path bevy_contextual_ao::shading
 
-#import bevy_contextual_ao::{orientation::{Cut, orientation_at}, volume_bindings::volume}
+#import bevy_contextual_ao::{orientation::{Cut, Surface, orientation_at}, volume_bindings::volume}
 
 // Blinn-Phong coefficients.
 const AMBIENT: f32 = 0.3;
 const DIFFUSE: f32 = 0.7;
 const SPECULAR: f32 = 0.2;
 const SHININESS: f32 = 16.0;
+
+// How a surface differs from matter without one: in what it shows of its colour, and by a highlight.
+fn lit_surface(surface: Surface, direction: vec3<f32>) -> vec2<f32> {
+    let is_there = dot(surface.inward, surface.inward) > 0.0;
+    let cosine = select(1.0, abs(dot(surface.inward, direction)), is_there);
+    let strength = select(0.0, surface.strength, is_there);
+    return strength * vec2(DIFFUSE * (cosine - 1.0), SPECULAR * pow(cosine, SHININESS));
+}
 
 // Colour of a sample lit from the camera, which looks along `direction`. `opacity` is the opacity that the
 // sample adds to the pixel, `ambient` the share of the light that reaches it, `cut` the cut in front of it.
@@ -25,15 +33,10 @@ fn shade(
     if opacity * volume.light_share <= 0.0 {
         return volume.exposure * color * ambient;
     }
+    // Light of both surfaces is blended, not their directions: at a rim the mean direction faces the viewer more than both.
     let orientation = orientation_at(p, cut);
-    let size = length(orientation.inward);
-    let is_surface = size > 1e-6;
-    let cosine = select(1.0, abs(dot(orientation.inward, direction)) / size, is_surface);
-    // Where the opacity does not change there is no surface to light.
-    let strength = select(0.0, orientation.strength, is_surface);
-    let facing = mix(1.0, cosine, strength);
-    let highlight = strength * SPECULAR * pow(cosine, SHININESS);
-    return volume.exposure * (color * (AMBIENT + DIFFUSE * facing) * ambient + highlight);
+    let lit = lit_surface(orientation.own, direction) + lit_surface(orientation.cut, direction);
+    return volume.exposure * (color * (AMBIENT + DIFFUSE + lit.x) * ambient + lit.y);
 #else
     return volume.exposure * color * ambient;
 #endif
