@@ -1,10 +1,11 @@
 //! A Bevy app without a window that renders into an image, frame by frame.
 
+mod images;
 mod waiting;
 
 use bevy::{
     app::PluginsState,
-    asset::{RenderAssetUsages, UnapprovedPathMode},
+    asset::UnapprovedPathMode,
     camera::{Hdr, RenderTarget},
     core_pipeline::tonemapping::Tonemapping,
     diagnostic::DiagnosticsStore,
@@ -15,11 +16,8 @@ use bevy::{
         diagnostic::RenderDiagnosticsPlugin,
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         render_asset::RenderAssets,
-        render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, MapMode,
-            PollType, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages,
-        },
-        renderer::{RenderAdapterInfo, RenderDevice, RenderQueue},
+        render_resource::{PollType, Texture, TextureFormat},
+        renderer::{RenderAdapterInfo, RenderDevice},
         settings::WgpuSettings,
         texture::GpuImage,
     },
@@ -35,6 +33,7 @@ use bevy_contextual_ao::{
     render::{VolumeStore, VolumeTexture, VoxelMask},
 };
 use half::f16;
+use images::{add_target, read_back, read_texture};
 use std::{
     path::PathBuf,
     time::{Duration, Instant},
@@ -348,14 +347,6 @@ impl Drop for Headless {
     }
 }
 
-/// Adds an image to render into.
-fn add_target(app: &mut App, size: UVec2, format: TextureFormat) -> Handle<Image> {
-    let mut image = Image::new_target_texture(size.x, size.y, format, None);
-    image.asset_usage = RenderAssetUsages::RENDER_WORLD;
-    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-    app.world_mut().resource_mut::<Assets<Image>>().add(image)
-}
-
 /// Voxel at an index into a volume's voxels, x fastest.
 pub fn voxel_at(index: u32, dimensions: UVec3) -> UVec3 {
     let UVec3 { x, y, .. } = dimensions;
@@ -368,46 +359,4 @@ pub fn different_pixels(a: &[u8], b: &[u8]) -> usize {
     assert_eq!(a.len(), b.len());
     assert!([a, b].iter().any(|image| image.chunks(4).any(|pixel| *pixel != image[..4])), "nothing is shown");
     a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count()
-}
-
-/// Copies a texture to the CPU with packed rows.
-fn read_texture(render_world: &World, texture: &Texture) -> Vec<u8> {
-    let size = texture.size();
-    let row = size.width as usize * texture.format().block_copy_size(None).unwrap_or(1) as usize;
-    let padded = RenderDevice::align_copy_bytes_per_row(row);
-    let rows = size.height as usize * size.depth_or_array_layers as usize;
-    let bytes = read_back(render_world, (padded * rows) as u64, |encoder, buffer| {
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            TexelCopyBufferInfo {
-                buffer,
-                layout: TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(padded as u32),
-                    rows_per_image: Some(size.height),
-                },
-            },
-            size,
-        );
-    });
-    bytes.chunks(padded).flat_map(|line| &line[..row]).copied().collect()
-}
-
-/// Reads back `size` bytes that `copy` puts into a buffer.
-fn read_back(render_world: &World, size: u64, copy: impl FnOnce(&mut CommandEncoder, &Buffer)) -> Vec<u8> {
-    let device = render_world.resource::<RenderDevice>();
-    let queue = render_world.resource::<RenderQueue>();
-    let buffer = device.create_buffer(&BufferDescriptor {
-        label: Some("read back"),
-        size,
-        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-    copy(&mut encoder, &buffer);
-    queue.submit([encoder.finish()]);
-    let slice = buffer.slice(..);
-    device.map_buffer(&slice, MapMode::Read, |_| {});
-    let _ = device.poll(PollType::wait_indefinitely());
-    slice.get_mapped_range().to_vec()
 }

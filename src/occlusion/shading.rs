@@ -93,8 +93,8 @@ pub enum AmbientScale {
     Published,
 }
 
-/// Interpolation of intensities between voxels, for the pictures of volumes. The occlusion of a voxel is the same by all filters, and
-/// so are the normals of surfaces: they come from the cubic B-spline.
+/// Interpolation of intensities between voxels, for the pictures of volumes. The occlusion of a voxel is the same by all
+/// filters, and so are the normals of surfaces: they come from the cubic B-spline.
 ///
 /// Screen-space and direct occlusion draw by trilinear intensities alone.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -105,15 +105,16 @@ pub enum Reconstruction {
     /// which show as steps where a voxel takes several pixels.
     Trilinear,
     /// Opacities by the nearest 8 voxels; colours by a sharpened cubic B-spline, so that boundaries of tissues are smooth.
-    /// Occlusion is taken where a surface without kinks is: less grain. Fifteen filtered samples more for every slice that
-    /// is seen.
+    /// Occlusion is taken where a surface without kinks is: less grain. Fifteen filtered samples more for every two slices
+    /// that are seen.
     #[default]
     SmoothColors,
     /// The same, with occlusion by the nearest 27 voxels, with a quadratic B-spline: the least grain. Occlusion of two
     /// fifths more voxels is computed.
     SmoothOcclusion,
-    /// Opacities by the nearest 64 voxels, with a cubic B-spline, and smooth colours and occlusion: outlines and translucent layers are
-    /// smooth as well. Eight filtered samples a place. Details finer than two voxels, and noise, lose contrast.
+    /// Opacities by the nearest 64 voxels, with a cubic B-spline, and smooth colours and occlusion. Outlines and
+    /// translucent layers are smooth as well. Eight filtered samples a place. Details finer than two voxels, and noise,
+    /// lose contrast.
     Tricubic,
 }
 

@@ -137,11 +137,11 @@ fn note_lit(run: ptr<function, Run>, ray: ViewRay) {
     var k = 0u;
     while k < slices {
         let first = slice_of_run(ray, *run, k);
-        let second = slice_of_run(ray, *run, k + 1u);
         let middle = end_at(ray, first.end_mm);
         let near = seen_slice(ray, first, end_at(ray, first.begin_mm), middle, 0.0, 1.0);
         var far = NOTHING_SEEN;
         if k < last {
+            let second = slice_of_run(ray, *run, k + 1u);
             far = seen_slice(ray, second, middle, end_at(ray, second.end_mm), near.opacity, 1.0);
         }
         (*run).last_lit = (lit_mm(pair_of(near, far)) - first.begin_mm) / volume.draw_step_mm;

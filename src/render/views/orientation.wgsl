@@ -29,6 +29,8 @@ struct Surface {
     strength: f32,
 }
 
+const NO_SURFACE: Surface = Surface(vec3(0.0), 0.0);
+
 // Surfaces at a point: that of the matter there, and that of a cut in front of it. Strengths add up to at most 1.
 struct Orientation {
     own: Surface,
@@ -63,7 +65,7 @@ fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
     let face = inward_from_face(p);
     let outward = textureSampleLevel(surface, edge_sampler, p, 0.0).xyz;
     let inward = unit(select(-outward, face, dot(face, face) > 0.0));
-    return Orientation(Surface(inward, 1.0), Surface(vec3(0.0), 0.0));
+    return Orientation(Surface(inward, 1.0), NO_SURFACE);
 }
 #else
 @group(#{VOLUME_BIND_GROUP}) @binding(9) var opacities: texture_3d<f32>;
@@ -135,7 +137,7 @@ const CUT_FADES_INSIDE: f32 = 4.0;
 fn orientation_at(p: vec3<f32>, cut: Cut) -> Orientation {
     let own = orientation_by_intensities(p);
     if cut.distance >= CUT_FADES_INSIDE {
-        return Orientation(own, Surface(vec3(0.0), 0.0));
+        return Orientation(own, NO_SURFACE);
     }
     let inside = (1.0 - own.strength) * (1.0 - cut.distance / CUT_FADES_INSIDE);
     let share = max(1.0 - cut.distance / CUT_FADES, inside);
