@@ -12,6 +12,7 @@ mod filtering;
 mod fingerprints;
 mod gallery;
 mod isosurface;
+mod parts;
 mod picture;
 mod published;
 mod report;
@@ -105,6 +106,10 @@ struct Instead {
     /// The scene of benches/peers in three shading modes.
     #[arg(long)]
     peer: bool,
+    /// Cost of each part of the picture in the scene of benches/peers: the time of a lit and occluded frame with the
+    /// part over that without it.
+    #[arg(long)]
+    parts: bool,
     /// Error of the occlusion of ray patterns against very many rays, in real volumes.
     #[arg(long)]
     directions: bool,
@@ -171,6 +176,8 @@ fn main() -> Result<(), String> {
         shell::growth(&options)
     } else if instead.peer {
         shell::peer(&options)
+    } else if instead.parts {
+        parts::run(&options)
     } else if instead.directions {
         directions::run(&options)
     } else if instead.tables {

@@ -219,7 +219,7 @@ pub fn peer(options: &Options) -> Result<(), String> {
         .into_iter()
         .flat_map(|samples| PEER_MODES.map(|mode| (Reconstruction::default(), mode, samples)));
     for (filter, mode, samples) in filters.chain(sampled) {
-        stage.set_reconstruction(filter);
+        stage.set_shading(|shading| shading.reconstruction = filter);
         stage.set_samples(samples);
         let Measured { times, work, .. } = peer_frames(&mut stage, mode, options)?;
         let figures = json!({

@@ -126,32 +126,28 @@ impl Stage {
     pub fn set_view_samples(&mut self, quality: Option<Quality>) {
         let VolumeShading { step_voxels, reconstruction, jitter, .. } =
             quality.map_or_else(|| self.shading.clone(), Quality::shading);
-        let volume = self.scene.volume;
-        if let Some(mut shading) = self.world().get_mut::<VolumeShading>(volume) {
+        self.set_shading(|shading| {
             *shading = VolumeShading { step_voxels, reconstruction, jitter, ..shading.clone() };
-        }
+        });
     }
 
-    /// Changes the filter of intensities.
-    pub fn set_reconstruction(&mut self, reconstruction: Reconstruction) {
+    /// Changes how the volume is drawn.
+    pub fn set_shading(&mut self, change: impl FnOnce(&mut VolumeShading)) {
         let volume = self.scene.volume;
         if let Some(mut shading) = self.world().get_mut::<VolumeShading>(volume) {
-            shading.reconstruction = reconstruction;
+            change(&mut shading);
         }
     }
 
     /// Sets how pixels are sampled.
     pub fn set_samples(&mut self, Samples { msaa, outline_rays, over_frames }: Samples) {
-        let (camera, volume) = (self.scene.camera, self.scene.volume);
-        let world = self.world();
-        let mut entity = world.entity_mut(camera);
+        let camera = self.scene.camera;
+        let mut entity = self.world().entity_mut(camera);
         entity.insert(msaa).remove::<(TemporalAntiAliasing, TemporalJitter, MotionVectorPrepass)>();
         if over_frames {
             entity.insert(TemporalAntiAliasing::default());
         }
-        if let Some(mut shading) = world.get_mut::<VolumeShading>(volume) {
-            shading.outline_rays = outline_rays;
-        }
+        self.set_shading(|shading| shading.outline_rays = outline_rays);
     }
 
     /// Changes the optimizations.
@@ -229,12 +225,17 @@ impl Stage {
 
     /// Shifts the transfer function's first point. All occlusion is invalid in the next frame.
     pub fn edit_transfer_function(&mut self, by: f32) {
+        self.set_transfer_function(|function| function.points[0].value += by);
+    }
+
+    /// Changes the transfer function.
+    pub fn set_transfer_function(&mut self, change: impl FnOnce(&mut TransferFunction)) {
         let volume = self.scene.volume;
         let world = self.world();
         let handle = world.get::<VolumeTransferFunction>(volume).map(|function| function.0.clone());
         let mut functions = world.resource_mut::<Assets<TransferFunction>>();
         if let Some(mut function) = handle.and_then(|handle| functions.get_mut(&handle)) {
-            function.points[0].value += by;
+            change(&mut function);
         }
         // The renderer learns of a changed asset a frame later.
         self.headless.frame();

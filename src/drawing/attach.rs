@@ -5,7 +5,7 @@ use bevy::{
     prelude::*,
 };
 
-use super::pipeline::{DrawVariant, DrawnVariants};
+use super::{pipeline::DrawVariant, variants::DrawnVariants};
 use crate::{
     occlusion::{FittedOcclusion, ShownOcclusion, VolumeShading},
     render::{CompilesInBackground, MethodPipelines},

@@ -1,23 +1,27 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
-//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; behind them,
-//! `motion_vectors`.
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; before any view
+//! is drawn, `outline_colors`; behind it, `motion_vectors`.
 
 mod attach;
 mod depth_prepass;
 mod motion_vectors;
+mod outline_colors;
 mod phase;
 mod pipeline;
+mod variants;
 
 use bevy::{
     asset::embedded_asset,
     camera::visibility::VisibilitySystems,
-    core_pipeline::{Core3d, Core3dSystems, core_3d::Transparent3d},
+    core_pipeline::{Core3d, Core3dSystems, core_3d::Transparent3d, schedule::camera_driver},
     pbr::MeshPipelineSystems,
     prelude::*,
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
-        render_phase::AddRenderCommand, render_resource::SpecializedRenderPipelines,
+        render_phase::AddRenderCommand,
+        render_resource::{SpecializedComputePipelines, SpecializedRenderPipelines},
+        renderer::{RenderGraph, RenderGraphSystems},
     },
     shader::load_shader_library,
 };
@@ -25,7 +29,7 @@ use bevy::{
 use crate::{
     clip::ClipSystems,
     occlusion::fit_occlusion,
-    render::{DeviceSupport, ShadesViews},
+    render::{DeviceSupport, OcclusionRenderSystems, ShadesViews},
     volume::VolumeSystems,
 };
 
@@ -45,8 +49,10 @@ pub(crate) struct VolumeDrawingPlugin;
 impl Plugin for VolumeDrawingPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "ambient_light.wgsl");
+        load_shader_library!(app, "compositing.wgsl");
         load_shader_library!(app, "drawn_box.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
+        embedded_asset!(app, "outline_colors.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_observer(depth_prepass::leave_to_user).add_systems(
             PostUpdate,
@@ -66,7 +72,7 @@ impl Plugin for VolumeDrawingPlugin {
                 // A volume is drawn in the frame in which it appears.
                 .before(VisibilitySystems::VisibilityPropagate),
         );
-        let variants = pipeline::DrawnVariants::default();
+        let variants = variants::DrawnVariants::default();
         app.insert_resource(variants.clone());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
@@ -75,17 +81,19 @@ impl Plugin for VolumeDrawingPlugin {
             .insert_resource(variants)
             .init_gpu_resource::<phase::DrawnVolumes>()
             .init_gpu_resource::<motion_vectors::Motions>()
+            .init_gpu_resource::<outline_colors::OutlineColors>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
+            .init_gpu_resource::<SpecializedComputePipelines<outline_colors::OutlineColorPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
             .add_render_command::<Transparent3d, phase::DrawFarSamples>()
-            .add_render_command::<Transparent3d, phase::DrawOutlines>()
             .add_systems(
                 RenderStartup,
                 (
                     init_gpu_resource::<pipeline::DrawPipeline>,
                     init_gpu_resource::<motion_vectors::MotionPipeline>,
+                    init_gpu_resource::<outline_colors::OutlineColorPipeline>,
                 )
                     .chain()
                     .after(MeshPipelineSystems)
@@ -95,11 +103,22 @@ impl Plugin for VolumeDrawingPlugin {
                 Render,
                 (
                     phase::queue_volumes.in_set(RenderSystems::Queue),
-                    pipeline::find_ready.in_set(RenderSystems::PrepareResources),
-                    (phase::bind_volumes, motion_vectors::prepare_motions)
+                    variants::find_ready.in_set(RenderSystems::PrepareResources),
+                    (
+                        phase::bind_volumes,
+                        (motion_vectors::prepare_motions, outline_colors::prepare_outline_colors),
+                    )
                         .chain()
                         .in_set(RenderSystems::PrepareBindGroups),
                 )
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                RenderGraph,
+                outline_colors::color_outlines
+                    .in_set(RenderGraphSystems::Render)
+                    .after(OcclusionRenderSystems::Encode)
+                    .before(camera_driver)
                     .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(

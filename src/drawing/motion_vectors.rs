@@ -151,7 +151,7 @@ pub(super) fn prepare_motions(
                 Some(MotionJob {
                     pipeline: pipelines.specialize(&gpu.cache, &base, key),
                     motion,
-                    volume: drawn.group_of(volume.drawn_on?)?,
+                    volume: drawn.groups_of(volume.drawn_on?)?.drawn.clone(),
                     offset: runs.of(volume.entity)?.offset_of(window.view)?,
                 })
             })();

@@ -40,8 +40,19 @@ use crate::render::{
 #[derive(Resource, Default)]
 pub(super) struct DrawnVolumes {
     /// Groups of this frame, by the entity of the box; each with the volume in it.
-    by_box: HashMap<MainEntity, (MainEntity, BindGroup)>,
-    kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<BindGroup>>>,
+    by_box: HashMap<MainEntity, (MainEntity, VolumeGroups)>,
+    kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<VolumeGroups>>>,
+}
+
+/// Bind groups of a volume.
+#[derive(Clone)]
+pub(super) struct VolumeGroups {
+    /// For drawing.
+    pub drawn: BindGroup,
+    /// The same for shading outlines, without their lists.
+    pub shaded: BindGroup,
+    /// The lists of outlines, to be written.
+    pub outlines: BindGroup,
 }
 
 /// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, the
@@ -49,9 +60,9 @@ pub(super) struct DrawnVolumes {
 type Bound = ([BufferId; 4], [TextureViewId; 4]);
 
 impl DrawnVolumes {
-    /// Bind group of the volume in a box.
-    pub fn group_of(&self, drawn_box: MainEntity) -> Option<BindGroup> {
-        self.by_box.get(&drawn_box).map(|(_, group)| group.clone())
+    /// Bind groups of the volume in a box.
+    pub fn groups_of(&self, drawn_box: MainEntity) -> Option<&VolumeGroups> {
+        self.by_box.get(&drawn_box).map(|(_, groups)| groups)
     }
 }
 
@@ -72,10 +83,6 @@ pub(super) type DrawFarSamples = (
     DrawBox<ALL_RAYS>,
 );
 
-/// Draws the pixels at outlines.
-pub(super) type DrawOutlines =
-    (SetItemPipeline, SetMeshViewBindGroup<0>, SetMeshViewBindingArrayBindGroup<1>, DrawBox<OUTLINE_RAYS>);
-
 /// Adds volumes to the transparent objects of the views that show them.
 pub(super) fn queue_volumes(
     scene: Res<ExtractedScene>,
@@ -90,7 +97,7 @@ pub(super) fn queue_volumes(
 ) {
     let functions = functions.read();
     let (draws_box, draws_others) = (functions.id::<DrawVolume>(), functions.id::<DrawCutOffRays>());
-    let (draws_far, draws_outlines) = (functions.id::<DrawFarSamples>(), functions.id::<DrawOutlines>());
+    let draws_far = functions.id::<DrawFarSamples>();
     for (view, visible) in &views {
         let id = &view.retained_view_entity;
         let (Some(phase), Some(key_of_view)) = (phases.get_mut(id), keys.get(id)) else {
@@ -130,9 +137,6 @@ pub(super) fn queue_volumes(
             if let Some(far) = variant.of_far_samples(*key_of_view) {
                 draw(far, draws_far);
             }
-            if let Some(outlines) = variant.of_outlines(*key_of_view) {
-                draw(outlines, draws_outlines);
-            }
         }
     }
 }
@@ -171,15 +175,24 @@ pub(super) fn bind_volumes(
                     (ORIENTATIONS, BindingResource::TextureView(orientations)),
                     (OCCLUSION, BindingResource::TextureView(occlusion)),
                     (RUNS_BINDING, runs.as_entire_binding()),
-                    (OUTLINES, outlines.as_entire_binding()),
                     (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),
                 ];
-                let entries: Vec<_> = shared
+                let mut entries: Vec<_> = shared
                     .chain(own)
                     .map(|(binding, resource)| BindGroupEntry { binding, resource })
                     .collect();
-                let layout = cache.get_bind_group_layout(&base.layout);
-                Some(device.create_bind_group("contextual_ao_drawn_volume", &layout, &entries))
+                let bind = |label, layout, entries: &[_]| {
+                    device.create_bind_group(label, &cache.get_bind_group_layout(layout), entries)
+                };
+                let lists = |binding| BindGroupEntry { binding, resource: outlines.as_entire_binding() };
+                let [shaded_layout, outline_layout] = &base.of_outlines;
+                let shaded = bind("contextual_ao_shaded_volume", shaded_layout, &entries);
+                entries.push(lists(OUTLINES));
+                Some(VolumeGroups {
+                    drawn: bind("contextual_ao_drawn_volume", &base.layout, &entries),
+                    shaded,
+                    outlines: bind("contextual_ao_outline_lists", outline_layout, &[lists(0)]),
+                })
             })?;
             Some((volume.drawn_on?, (volume.entity, group)))
         })();
@@ -217,10 +230,9 @@ impl<P: PhaseItem> RenderCommand<P> for SkipWithoutMeshes {
 }
 
 /// Rays that a box is drawn for: those of pixels; those of pixels without room for runs, if there are any, as `march` says
-/// in the draw's arguments; those of outlines.
+/// in the draw's arguments.
 const ALL_RAYS: u8 = 0;
 const CUT_OFF_RAYS: u8 = 1;
-const OUTLINE_RAYS: u8 = 2;
 
 /// Draws the box of a volume, bound in a view.
 pub(super) struct DrawBox<const RAYS: u8>;
@@ -238,15 +250,14 @@ impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
         pass: &mut TrackedRenderPass<'w>,
     ) -> RenderCommandResult {
         let found = drawn.into_inner().by_box.get(&item.main_entity());
-        let runs = found.and_then(|(volume, group)| Some((group, runs.into_inner().of(*volume)?)));
-        let Some((group, runs)) = runs else {
+        let runs = found.and_then(|(volume, groups)| Some((groups, runs.into_inner().of(*volume)?)));
+        let Some((groups, runs)) = runs else {
             return RenderCommandResult::Skip;
         };
-        let offset = if RAYS == OUTLINE_RAYS { runs.offset_of_outlines(view) } else { runs.offset_of(view) };
-        let Some(offset) = offset else {
+        let Some(offset) = runs.offset_of(view) else {
             return RenderCommandResult::Skip;
         };
-        pass.set_bind_group(VOLUME_BIND_GROUP, group, &[offset]);
+        pass.set_bind_group(VOLUME_BIND_GROUP, &groups.drawn, &[offset]);
         if RAYS != CUT_OFF_RAYS {
             pass.draw(0..BOX_VERTICES, 0..1);
         } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {

@@ -4,22 +4,20 @@
 use bevy::{
     asset::load_embedded_asset,
     mesh::{MeshVertexBufferLayout, MeshVertexBufferLayouts, VertexBufferLayout},
-    pbr::{MeshPipeline, MeshPipelineKey, ViewKeyCache},
-    platform::collections::HashMap,
+    pbr::{MeshPipeline, MeshPipelineKey},
     prelude::*,
     render::render_resource::{
-        BindGroupLayoutDescriptor, BindGroupLayoutEntry, CompareFunction, Face, PipelineCache,
+        BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, CompareFunction, Face,
         PrimitiveState, PrimitiveTopology, RenderPipelineDescriptor, ShaderStages, SpecializedMeshPipeline,
-        SpecializedRenderPipeline, SpecializedRenderPipelines, TextureSampleType, VertexState,
-        binding_types::{storage_buffer_read_only_sized, texture_3d, uniform_buffer},
+        SpecializedRenderPipeline, TextureSampleType, VertexState,
+        binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, uniform_buffer},
     },
     shader::ShaderDefVal,
 };
-use std::sync::{Arc, Mutex};
 
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
-    render::{DeviceSupport, MarchedViewUniform, RUNS_BINDING, variants_are_ready, volumes::layouts},
+    render::{MarchedViewUniform, RUNS_BINDING, volumes::layouts},
 };
 
 /// Group of a volume's bindings, behind the two of Bevy's views.
@@ -38,6 +36,8 @@ pub(super) struct DrawPipeline {
     meshes: MeshPipeline,
     shader: Handle<Shader>,
     pub layout: BindGroupLayoutDescriptor,
+    /// Layouts for shading outlines: of the volume, and of the lists of outlines.
+    pub of_outlines: [BindGroupLayoutDescriptor; 2],
 }
 
 /// Properties of volumes that distinguish the pipelines.
@@ -50,7 +50,6 @@ pub(super) struct DrawVariant {
     reconstruction: Reconstruction,
     is_lit: bool,
     by_gradient: bool,
-    smooths_outlines: bool,
     pub rays: RaysDrawn,
     pub samples: SamplesDrawn,
 }
@@ -64,18 +63,6 @@ pub(super) enum SamplesDrawn {
     Near,
     /// Samples with a mesh much farther away than that of others.
     Far,
-    /// All samples of listed pixels at outlines, each pixel by several rays.
-    Outlines,
-}
-
-impl SamplesDrawn {
-    fn shader_def(self) -> Option<&'static str> {
-        match self {
-            Self::Near => None,
-            Self::Far => Some("FAR_SAMPLES"),
-            Self::Outlines => Some("OUTLINES"),
-        }
-    }
 }
 
 /// The view rays that a pipeline draws.
@@ -109,7 +96,6 @@ impl DrawVariant {
             reconstruction: shading.reconstruction,
             is_lit: shading.lighting != VolumeLighting::Unlit,
             by_gradient,
-            smooths_outlines: shading.drawn_outline_rays() > 0 && !draws_surface,
             samples: default(),
             // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
@@ -130,10 +116,20 @@ impl DrawVariant {
         has_samples.then_some(Self { samples: SamplesDrawn::Far, rays, ..self })
     }
 
-    /// The variant that draws smooth outlines in views of this kind, if there are any.
-    pub fn of_outlines(self, view: MeshPipelineKey) -> Option<Self> {
-        let has_outlines = view.msaa_samples() > 1 && self.smooths_outlines;
-        has_outlines.then_some(Self { samples: SamplesDrawn::Outlines, ..self })
+    /// Whether pixels at outlines may have several rays in views of this kind.
+    pub fn may_have_outlines(self, view: MeshPipelineKey) -> bool {
+        view.msaa_samples() > 1 && !self.is_isosurface
+    }
+
+    /// Definitions for the shaders.
+    pub fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
+        let isosurface = self.is_isosurface.then_some("ISOSURFACE");
+        let lit = self.is_lit.then_some("LIT");
+        let by_gradient = self.by_gradient.then_some("BY_GRADIENT");
+        let far = (self.samples == SamplesDrawn::Far).then_some("FAR_SAMPLES");
+        let named = [self.texels, isosurface, lit, by_gradient, far].into_iter().flatten();
+        let listed = [self.reconstruction.shader_defs(), self.rays.shader_defs()].concat();
+        named.chain(listed).map(ShaderDefVal::from)
     }
 }
 
@@ -145,23 +141,40 @@ impl FromWorld for DrawPipeline {
         Self {
             meshes: world.resource::<MeshPipeline>().clone(),
             shader: load_embedded_asset!(world, "volume.wgsl"),
-            layout: BindGroupLayoutDescriptor::new("contextual_ao_drawn_volume", &layout_entries()),
+            layout: drawn_layout(),
+            of_outlines: outline_layouts(),
         }
     }
 }
 
-/// Bindings of a volume. Drawing does not read the dilation maps, and fragment shaders get 16 textures, Bevy's included.
-fn layout_entries() -> Vec<BindGroupLayoutEntry> {
-    let stages = ShaderStages::FRAGMENT;
+/// Bindings of a volume for drawing.
+fn drawn_layout() -> BindGroupLayoutDescriptor {
+    let mut entries = layout_entries(ShaderStages::FRAGMENT);
+    entries.push(storage_buffer_read_only_sized(false, None).build(OUTLINES, ShaderStages::FRAGMENT));
+    // The vertices are those of the volume's box in a view.
+    let of_vertices = entries.iter_mut().filter(|entry| [0, VIEW_BINDING].contains(&entry.binding));
+    of_vertices.for_each(|entry| entry.visibility = ShaderStages::VERTEX_FRAGMENT);
+    BindGroupLayoutDescriptor::new("contextual_ao_drawn_volume", &entries)
+}
+
+/// The same for shading outlines, with their lists in another group: these are written.
+fn outline_layouts() -> [BindGroupLayoutDescriptor; 2] {
+    let stages = ShaderStages::COMPUTE;
+    let lists = BindGroupLayoutEntries::single(stages, storage_buffer_sized(false, None));
+    [
+        BindGroupLayoutDescriptor::new("contextual_ao_shaded_volume", &layout_entries(stages)),
+        BindGroupLayoutDescriptor::new("contextual_ao_outline_lists", &lists),
+    ]
+}
+
+/// Bindings of both. Drawing does not read the dilation maps, and fragment shaders get 16 textures, Bevy's included.
+fn layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let mut entries = layouts::brick_layout_entries(stages);
     entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
     let volume = texture_3d(TextureSampleType::Float { filterable: true });
     entries.extend([ORIENTATIONS, OCCLUSION].map(|binding| volume.build(binding, stages)));
-    // The vertices are those of the volume's box in a view.
-    let view = uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, ShaderStages::VERTEX_FRAGMENT);
+    let view = uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, stages);
     entries.extend([storage_buffer_read_only_sized(false, None).build(RUNS_BINDING, stages), view]);
-    entries.push(storage_buffer_read_only_sized(false, None).build(OUTLINES, stages));
-    entries[0].visibility = ShaderStages::VERTEX_FRAGMENT;
     entries
 }
 
@@ -189,16 +202,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
         descriptor.label = Some("contextual_ao_volume".into());
         descriptor.layout.truncate(VOLUME_BIND_GROUP);
         descriptor.layout.push(self.layout.clone());
-        let isosurface = variant.is_isosurface.then_some("ISOSURFACE");
-        let lit = variant.is_lit.then_some("LIT");
-        let by_gradient = variant.by_gradient.then_some("BY_GRADIENT");
-        let samples = variant.samples.shader_def();
-        let named = [variant.texels, isosurface, lit, by_gradient, samples].into_iter().flatten();
-        let listed = [variant.reconstruction.shader_defs(), variant.rays.shader_defs()].concat();
-        let own =
-            bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(named.chain(listed).map(ShaderDefVal::from));
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
-        defs.extend(own);
+        defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(variant.shader_defs()));
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader = self.shader.clone();
             fragment.shader_defs = defs.clone();
@@ -210,39 +215,5 @@ impl SpecializedRenderPipeline for DrawPipeline {
             depth_stencil.depth_compare = Some(CompareFunction::Always);
         }
         descriptor
-    }
-}
-
-/// Variants wanted so far, with whether their pipelines are ready in all views. Both worlds share them.
-#[derive(Resource, Clone, Default)]
-pub(super) struct DrawnVariants(Arc<Mutex<HashMap<DrawVariant, bool>>>);
-
-impl DrawnVariants {
-    /// Whether the pipelines of a variant are ready. From now on they are wanted.
-    pub fn are_there_for(&self, variant: DrawVariant) -> bool {
-        self.0.lock().is_ok_and(|mut variants| *variants.entry(variant).or_insert(false))
-    }
-}
-
-/// Compiles the pipelines of wanted variants before a volume is drawn by them. Until then the volume is drawn as before,
-/// so that no change of settings shows an empty frame.
-pub(super) fn find_ready(
-    variants: Res<DrawnVariants>,
-    views: Res<ViewKeyCache>,
-    base: Res<DrawPipeline>,
-    mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
-    cache: Res<PipelineCache>,
-    _: Res<DeviceSupport>,
-) {
-    let Ok(mut variants) = variants.0.lock() else {
-        return;
-    };
-    for (variant, are_there) in variants.iter_mut() {
-        let of_view = |view: MeshPipelineKey| {
-            let others = [variant.of_the_others(), variant.of_far_samples(view), variant.of_outlines(view)];
-            others.into_iter().flatten().chain([*variant]).map(move |variant| (view, variant))
-        };
-        let keys = views.values().flat_map(|view| of_view(*view));
-        *are_there = variants_are_ready(&*base, &mut pipelines, keys, &cache);
     }
 }

@@ -58,7 +58,7 @@ pub use methods::{
 };
 pub(crate) use views::{
     dispatch::ViewArray,
-    runs::{BOX_VERTICES, MarchedViewUniform, RUNS_BINDING, VolumeRuns},
+    runs::{BOX_VERTICES, MarchedViewUniform, OutlinesOfView, RUNS_BINDING, VolumeRuns},
 };
 pub(crate) use volumes::contents::MarchVariant;
 pub use volumes::{

@@ -62,20 +62,24 @@ fn write_source(_: &(), source: ShaderCacheSource, _: &ValidateShader) -> Result
     }
 }
 
-/// A fragment shader of this crate and the definitions that it is compiled with.
+/// A shader of this crate that draws and the definitions that it is compiled with.
 type Drawn = (AssetId<Shader>, Vec<ShaderDefVal>);
 
-/// Fragment shaders that have drawn volumes so far; the paths of the shaders end with `file`.
+/// Fragment and compute shaders that have drawn volumes so far; the paths of the shaders end with `file`.
 fn drawn(scene: &TestScene, file: &str) -> Vec<Drawn> {
     let shaders = scene.headless.app.world().resource::<Assets<Shader>>();
     let is_of_file = |id| shaders.get(id).is_some_and(|shader: &Shader| shader.path.ends_with(file));
     let cache = scene.headless.app.sub_app(RenderApp).world().resource::<PipelineCache>();
     let pipelines = cache.pipelines().filter_map(|pipeline| match &pipeline.descriptor {
-        PipelineDescriptor::RenderPipelineDescriptor(descriptor) => descriptor.fragment.as_ref(),
-        PipelineDescriptor::ComputePipelineDescriptor(_) => None,
+        PipelineDescriptor::RenderPipelineDescriptor(descriptor) => {
+            let fragment = descriptor.fragment.as_ref()?;
+            Some((fragment.shader.id(), fragment.shader_defs.clone()))
+        }
+        PipelineDescriptor::ComputePipelineDescriptor(descriptor) => {
+            Some((descriptor.shader.id(), descriptor.shader_defs.clone()))
+        }
     });
-    let drawn = pipelines.map(|fragment| (fragment.shader.id(), fragment.shader_defs.clone()));
-    drawn.filter(|(id, _)| is_of_file(*id)).collect()
+    pipelines.filter(|(id, _)| is_of_file(*id)).collect()
 }
 
 /// The given shaders, in all variants of volumes.
@@ -118,8 +122,14 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
             scene.headless.frames(3);
         }
     }
-    let mut shaders = in_all_variants(drawn(&scene, "drawing/volume.wgsl"));
-    assert!(shaders.len() >= 3 * 24, "{} variants of drawing", shaders.len());
+    // Outlines are shaded in multisampled views.
+    scene.world().entity_mut(volume).insert(few_rays());
+    scene.world().entity_mut(camera).insert(Msaa::Sample4);
+    scene.settle();
+    let outlines = drawn(&scene, "drawing/outline_colors.wgsl");
+    assert!(!outlines.is_empty(), "no outlines were shaded");
+    let mut shaders = in_all_variants([drawn(&scene, "drawing/volume.wgsl"), outlines].concat());
+    assert!(shaders.len() >= 4 * 24, "{} variants of drawing", shaders.len());
     let others =
         [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2), ("drawing/motion_vectors.wgsl", 1)];
     for (file, least) in others {

@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::prelude::*;
-use contextual_ao_kit::mode::ShadingMode;
+use contextual_ao_kit::{headless::Headless, mode::ShadingMode};
 
 use crate::{
     exact::assert_exact,
@@ -174,4 +174,29 @@ fn outlines_of_meshes_mix_with_a_volume() {
     // The ray of a pixel's centre stands for all of its samples: 2.2 on average. With one depth for all it is 12, and 82 at
     // most. Where an edge touches a sample, the device's rounding decides a quarter of a pixel.
     assert!(mean < 3.0 && most < 40.0, "off by {mean} bytes, at most {most}");
+}
+
+#[test]
+fn a_mesh_in_front_hides_outlines() {
+    let (mut scene, _) = carved(&volume(), ShadingMode::Solid);
+    let before = scene.headless.image();
+    let camera = scene.camera();
+    let place = *scene.world().get::<Transform>(camera).expect("a place");
+    let world = scene.world();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(Rectangle::new(10.0, 10.0));
+    let red = StandardMaterial { base_color: Color::linear_rgb(1.0, 0.0, 0.0), unlit: true, ..default() };
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(red);
+    // Before the volume, and across the whole view.
+    let in_front = place.with_translation(0.8 * place.translation);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material), in_front));
+    let red = |headless: &Headless| headless.image().chunks(4).filter(|pixel| pixel[0] > 200).count();
+    // The mesh's shaders are still being read.
+    assert!(
+        scene.headless.frames_until(|headless| red(headless) > before.len() / 8),
+        "the mesh is not drawn"
+    );
+    scene.headless.frames(2);
+    let image = scene.headless.image();
+    let others = image.chunks(4).filter(|pixel| *pixel != &image[..4]).count();
+    assert_eq!(others, 0, "{others} pixels show something else");
 }

@@ -4,6 +4,7 @@ use bevy::{
     math::{DVec3, UVec2},
     prelude::*,
 };
+use bevy_contextual_ao::volume::{Intensities, phantom::head_phantom};
 use contextual_ao_kit::picture::{
     edge,
     field::{ColorPoint, Field, Tissue},
@@ -120,7 +121,7 @@ fn what_is_cut_away_is_not_seen_and_casts_no_shadow() {
 
 #[test]
 fn a_ball_s_occlusion_is_one_shade() {
-    let scenes = PictureScene::all(48, 32);
+    let scenes = PictureScene::all(48, 32).expect("scenes");
     let scene = &scenes[0];
     let truth = Truth::new(&scene.field, STEPS);
     let pixels = truth.picture(&scene.eye);
@@ -130,8 +131,27 @@ fn a_ball_s_occlusion_is_one_shade() {
 }
 
 #[test]
+fn the_head_is_the_demo_s() {
+    let head = head_phantom(40);
+    let volume = Field::of_head(Vec::new(), 40).volume().expect("a volume");
+    let UVec3 { x: width, y: depth, z: height } = head.dimensions;
+    assert_eq!(volume.dimensions(), UVec3::new(width, height, depth));
+    let stored = |k: usize| match volume.intensities() {
+        Intensities::U8(values) => f64::from(values[k]),
+        Intensities::U16(values) => f64::from(values[k]),
+    };
+    // The demo's axes point to the patient's right, front and top; the scene's x and z to the left and to the front.
+    for (k, value) in head.values.iter().enumerate() {
+        let k = k as u32;
+        let [x, y, z] = [width - 1 - k % width, k / width % depth, k / (width * depth)];
+        let found = volume.rescale().intercept + stored((x + width * (z + height * y)) as usize);
+        assert_eq!(found, f64::from(*value), "{x} {y} {z}");
+    }
+}
+
+#[test]
 fn smaller_steps_leave_pictures_as_they_are() {
-    for scene in PictureScene::all(48, 8) {
+    for scene in PictureScene::all(48, 8).expect("scenes") {
         let mut truth = Truth::new(&scene.field, STEPS);
         let pixels = truth.picture(&scene.eye);
         truth.coarseness = 0.25;

@@ -1,7 +1,7 @@
 //! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
-//! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`, `antialiasing` those
-//! of `drawing/motion_vectors.wgsl`. `direct`
-//! draws those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes both.
+//! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`,
+//! `outlines` those of `drawing/outline_colors.wgsl`, `antialiasing` those of `drawing/motion_vectors.wgsl`. `direct` draws
+//! those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes them all.
 
 use naga::{Binding, BuiltIn};
 use naga_oil::compose::{

@@ -1,7 +1,8 @@
 //! Values that a scanner finds in a body made of solids, at any point.
 
-use bevy::math::{DAffine3, DVec3, UVec3};
-use bevy_contextual_ao::volume::{Intensities, Rescale, Volume, VolumeError};
+use bevy::math::{DAffine3, DVec3, UVec3, Vec3};
+use bevy_contextual_ao::volume::{Intensities, Rescale, Volume, VolumeError, phantom::HeadField};
+use std::sync::Arc;
 
 use super::{color, edge, solid::Solid};
 
@@ -12,6 +13,15 @@ pub struct Tissue {
     pub solid: Solid,
     /// Value inside, far from the surface.
     pub value: f64,
+}
+
+/// What the scanner looks at.
+#[derive(Clone, Debug)]
+pub enum Body {
+    /// Matter of several kinds.
+    Solids(Vec<Tissue>),
+    /// The head phantom, by its own distance functions.
+    Head(Arc<HeadField>),
 }
 
 /// A point of a transfer function.
@@ -29,28 +39,48 @@ pub struct ColorPoint {
 #[derive(Clone, Debug)]
 pub struct Field {
     /// The body.
-    pub tissues: Vec<Tissue>,
+    pub body: Body,
     /// Colour and opacity of values, sorted by value.
     pub points: Vec<ColorPoint>,
     /// Solids that are cut away from the picture, not from the scanned values.
     pub cuts: Vec<Solid>,
-    /// Voxels along each side of the grid, an even number.
-    pub voxels: u32,
+    /// Voxels along x, y and z of the grid.
+    pub dimensions: UVec3,
     /// Distance between voxels, mm.
     pub voxel_mm: f64,
-    /// Distance from all tissues, mm, from which on nothing is seen.
+    /// Distance from all solids, mm, from which on nothing is seen.
     clear_mm: f64,
 }
 
-/// Standard deviation of the scanner's blur, voxels.
+/// Standard deviation of the scanner's blur of solids, voxels.
 pub const BLUR_VOXELS: f64 = 0.9;
+/// Half the distance over which the gradient of the head is found, voxels: its values have 24 bits.
+const HALF_REACH: f64 = 0.1;
+/// The head's least value is that of 0 in the volume.
+const LEAST_OF_HEAD: f64 = -1024.0;
 
 impl Field {
     /// A field without cuts. The first of the points is transparent.
     pub fn new(tissues: Vec<Tissue>, points: Vec<ColorPoint>, voxels: u32, voxel_mm: f64) -> Self {
         let sum: f64 = tissues.iter().map(|tissue| tissue.value).sum();
         let clear_mm = edge::distance_of(points[0].value / sum) * BLUR_VOXELS * voxel_mm;
-        Self { tissues, points, cuts: Vec::new(), voxels, voxel_mm, clear_mm }
+        let body = Body::Solids(tissues);
+        Self { body, points, cuts: Vec::new(), dimensions: UVec3::splat(voxels), voxel_mm, clear_mm }
+    }
+
+    /// The head phantom with so many voxels along its height, without cuts.
+    pub fn of_head(points: Vec<ColorPoint>, voxels_high: u32) -> Self {
+        let head = HeadField::new(voxels_high);
+        let UVec3 { x, y, z } = head.dimensions();
+        Self {
+            voxel_mm: head.spacing_mm().into(),
+            body: Body::Head(Arc::new(head)),
+            points,
+            cuts: Vec::new(),
+            dimensions: UVec3::new(x, z, y),
+            // Its distances are no bounds.
+            clear_mm: 0.0,
+        }
     }
 
     /// Standard deviation of the scanner's blur, mm.
@@ -59,24 +89,39 @@ impl Field {
     }
 
     /// Half the extent of the grid, with the whole of its outermost voxels, mm.
-    pub fn half_extent_mm(&self) -> f64 {
-        0.5 * f64::from(self.voxels) * self.voxel_mm
+    pub fn half_extent_mm(&self) -> DVec3 {
+        0.5 * self.voxel_mm * self.dimensions.as_dvec3()
     }
 
     /// The value at a point.
     pub fn value(&self, p: DVec3) -> f64 {
         let of = |tissue: &Tissue| tissue.value * edge::share(tissue.solid.distance(p) / self.blur_mm());
-        self.tissues.iter().map(of).sum()
+        match &self.body {
+            Body::Solids(tissues) => tissues.iter().map(of).sum(),
+            Body::Head(head) => head.value(Vec3::new(-p.x as f32, p.z as f32, p.y as f32)).into(),
+        }
+    }
+
+    /// Direction in which the value changes, of any length.
+    fn gradient(&self, p: DVec3) -> DVec3 {
+        let of = |tissue: &Tissue| {
+            let away = tissue.solid.distance(p) / self.blur_mm();
+            tissue.value * edge::steepness(away) * tissue.solid.normal(p)
+        };
+        let along = |axis: DVec3| {
+            let reach = HALF_REACH * self.voxel_mm * axis;
+            self.value(p + reach) - self.value(p - reach)
+        };
+        match &self.body {
+            Body::Solids(tissues) => tissues.iter().map(of).sum(),
+            Body::Head(_) => DVec3::from_array(DVec3::AXES.map(along)),
+        }
     }
 
     /// Normal of the surface at a point, a unit vector of either sign: the direction in which the value changes most.
     /// There is no surface where the opacity does not change within a voxel in that direction.
     pub fn normal(&self, p: DVec3) -> Option<DVec3> {
-        let of = |tissue: &Tissue| {
-            let away = tissue.solid.distance(p) / self.blur_mm();
-            tissue.value * edge::steepness(away) * tissue.solid.normal(p)
-        };
-        let normal = self.tissues.iter().map(of).sum::<DVec3>().try_normalize()?;
+        let normal = self.gradient(p).try_normalize()?;
         let here = self.opacity(p);
         let changes = |side: f64| (self.opacity(p + side * self.voxel_mm * normal) - here).abs() > 1e-6;
         (changes(1.0) || changes(-1.0)).then_some(normal)
@@ -113,29 +158,36 @@ impl Field {
 
     /// Whether a point is in the grid and not cut away.
     pub fn is_shown(&self, p: DVec3) -> bool {
-        p.abs().max_element() <= self.half_extent_mm() && self.distance_from_cuts(p) >= 0.0
+        p.abs().cmple(self.half_extent_mm()).all() && self.distance_from_cuts(p) >= 0.0
     }
 
     /// Length, mm, of a way on which nothing is seen, in whichever direction; 0 near a surface and inside.
     pub fn clear_way_mm(&self, p: DVec3) -> f64 {
-        let distances = self.tissues.iter().map(|tissue| tissue.solid.distance(p));
+        let Body::Solids(tissues) = &self.body else { return 0.0 };
+        let distances = tissues.iter().map(|tissue| tissue.solid.distance(p));
         (distances.fold(f64::INFINITY, f64::min) - self.clear_mm).max(0.0)
     }
 
     /// The values at the voxels, rounded: a volume of 16 bits. Its grid has the axes of volume space.
     pub fn volume(&self) -> Result<Volume, VolumeError> {
-        let at = |k: u32| (f64::from(k) + 0.5) * self.voxel_mm - self.half_extent_mm();
-        let mut values = Vec::with_capacity(self.voxels.pow(3) as usize);
-        for z in 0..self.voxels {
-            for y in 0..self.voxels {
-                for x in 0..self.voxels {
-                    values.push(self.value(DVec3::new(at(x), at(y), at(z))).round() as u16);
+        let least = match self.body {
+            Body::Solids(_) => 0.0,
+            Body::Head(_) => LEAST_OF_HEAD,
+        };
+        let UVec3 { x: width, y: height, z: depth } = self.dimensions;
+        let mut values = Vec::with_capacity((width * height * depth) as usize);
+        for z in 0..depth {
+            for y in 0..height {
+                for x in 0..width {
+                    let p = (UVec3::new(x, y, z).as_dvec3() + 0.5) * self.voxel_mm - self.half_extent_mm();
+                    values.push((self.value(p) - least).round() as u16);
                 }
             }
         }
         // Volume space in the axes of a patient.
         let [x, y, z] = [DVec3::NEG_X, DVec3::Z, DVec3::Y].map(|axis| axis * self.voxel_mm);
         let grid_to_patient = DAffine3::from_cols(x, y, z, DVec3::ZERO);
-        Volume::new(UVec3::splat(self.voxels), grid_to_patient, Intensities::U16(values), Rescale::default())
+        let rescale = Rescale { intercept: least, ..Rescale::default() };
+        Volume::new(self.dimensions, grid_to_patient, Intensities::U16(values), rescale)
     }
 }

@@ -4,10 +4,15 @@
 use bevy::math::DVec3;
 use std::f64::consts::TAU;
 
-use super::{field::Field, solid::Solid};
+use super::{
+    field::{Body, Field, Tissue},
+    solid::Solid,
+};
 
-/// Directions of the mean in general, and where it has to be found at few points alone.
+/// Directions of the mean in general, around the head, whose values take long, and where it has to be found at few
+/// points alone.
 const DIRECTIONS: u32 = 512;
+const DIRECTIONS_OF_HEAD: u32 = 128;
 const MOST_DIRECTIONS: u32 = 8192;
 /// Places of a table by radius, per voxel.
 const PLACES_PER_VOXEL: f64 = 32.0;
@@ -64,8 +69,12 @@ pub struct Occlusion<'a> {
 impl<'a> Occlusion<'a> {
     /// Occlusion by rays of `steps` samples.
     pub fn new(field: &'a Field, steps: u32) -> Self {
-        let by_radius = if is_round(field) { table(field, steps) } else { Vec::new() };
-        Self { field, directions: directions(DIRECTIONS), steps, by_radius }
+        let by_radius = round_tissues(field).map(|tissues| table(field, tissues, steps)).unwrap_or_default();
+        let count = match field.body {
+            Body::Solids(_) => DIRECTIONS,
+            Body::Head(_) => DIRECTIONS_OF_HEAD,
+        };
+        Self { field, directions: directions(count), steps, by_radius }
     }
 
     /// The share of ambient light that reaches a point.
@@ -79,20 +88,24 @@ impl<'a> Occlusion<'a> {
     }
 }
 
-/// Whether a scene is balls about the origin alone.
-fn is_round(field: &Field) -> bool {
-    let is_ball = |solid| matches!(solid, Solid::Ball { center, .. } if center == DVec3::ZERO);
-    field.cuts.is_empty() && field.tissues.iter().all(|tissue| is_ball(tissue.solid))
+/// The tissues of a scene that is balls about the origin alone.
+fn round_tissues(field: &Field) -> Option<&[Tissue]> {
+    let is_ball =
+        |tissue: &Tissue| matches!(tissue.solid, Solid::Ball { center, .. } if center == DVec3::ZERO);
+    match &field.body {
+        Body::Solids(tissues) if field.cuts.is_empty() && tissues.iter().all(is_ball) => Some(tissues),
+        _ => None,
+    }
 }
 
 /// Occlusion by radius from the origin to the grid's end.
-fn table(field: &Field, steps: u32) -> Vec<f64> {
+fn table(field: &Field, tissues: &[Tissue], steps: u32) -> Vec<f64> {
     let all = directions(MOST_DIRECTIONS);
-    let places = (0.5 * f64::from(field.voxels) * PLACES_PER_VOXEL) as u32;
+    let places = (0.5 * f64::from(field.dimensions.x) * PLACES_PER_VOXEL) as u32;
     let at = |place: u32| {
         let p = DVec3::new(0.6, 0.48, 0.64) * (f64::from(place) / PLACES_PER_VOXEL * field.voxel_mm);
         // Deep inside no sample is seen, and far outside none counts.
-        let away = field.tissues.iter().map(|tissue| tissue.solid.distance(p).abs());
+        let away = tissues.iter().map(|tissue| tissue.solid.distance(p).abs());
         let is_near = away.fold(f64::INFINITY, f64::min) < 3.0 * field.voxel_mm;
         if is_near { ambient(field, p, &all, steps) } else { f64::NAN }
     };

@@ -1,7 +1,7 @@
 //! The scenes, for the truth and for the renderer.
 
 use bevy::{
-    math::{DQuat, DVec3, UVec2},
+    math::{DQuat, DVec3},
     prelude::*,
 };
 use bevy_contextual_ao::{prelude::*, volume::ControlPoint};
@@ -53,9 +53,9 @@ pub struct PictureScene {
 }
 
 impl PictureScene {
-    /// All scenes with grids of `voxels` along each side. Pictures have `pixels` along each side; those of the ball have
-    /// twice as many, because its truth takes little time.
-    pub fn all(voxels: u32, pixels: u32) -> Vec<Self> {
+    /// All scenes with grids of `voxels` along each side; of the head, along its height. Pictures have `pixels` along each
+    /// side; those of the ball twice as many, because its truth takes little time, those of the head half as many.
+    pub fn all(voxels: u32, pixels: u32) -> Result<Vec<Self>, String> {
         let new =
             |name: &str, ramp, extent_mm, solid| Self::grey(name, ramp, extent_mm, solid, voxels, pixels);
         let turn = DQuat::from_euler(bevy::math::EulerRot::YXZ, 0.35, 0.2, 0.1);
@@ -79,7 +79,11 @@ impl PictureScene {
         let ring = Solid::Torus { center, ring: 17.0, tube: 8.0, turn: ring_turn };
         scenes.push(new("box_cut_by_ball", SOFT, 96.0, block).cut_by(ball_cut));
         scenes.push(new("box_cut_by_torus", SOFT, 96.0, block).cut_by(ring));
-        scenes
+        let head = Self::head(voxels, pixels / 2)?;
+        let head_cut = Solid::Ball { center: DVec3::new(35.0, 75.0, 65.0), radius: 60.0 };
+        scenes.push(Self { name: "head_cut_by_ball".to_owned(), ..head.clone() }.cut_by(head_cut));
+        scenes.push(head);
+        Ok(scenes)
     }
 
     /// A scene of one solid and one colour.
@@ -99,11 +103,7 @@ impl PictureScene {
             ColorPoint { value: to, color, opacity: 1.0 },
         ];
         let field = Field::new(vec![Tissue { solid, value: MATTER }], points, voxels, voxel_mm);
-        let eye = Eye {
-            position: DISTANCE * extent_mm * VIEW.normalize(),
-            fov: 30f64.to_radians(),
-            size: UVec2::splat(pixels),
-        };
+        let eye = Eye::looking_from(VIEW, DISTANCE * extent_mm, pixels);
         let round = |value: f64| (10.0 * value).round() / 10.0;
         let transfer = format!("{}-{}", round(from), round(to));
         Self { name: name.to_owned(), transfer, field, carvers: Vec::new(), eye, is_grey: true }
@@ -126,6 +126,28 @@ impl PictureScene {
         ];
         let field = Field::new(tissues, points, voxels, grey.field.voxel_mm);
         Self { transfer: "150-250-600-800".to_owned(), field, is_grey: false, ..grey }
+    }
+
+    /// The head phantom by the values of its own transfer function, without the gradients. Opacities are of a voxel's
+    /// length.
+    fn head(voxels_high: u32, pixels: u32) -> Result<Self, String> {
+        let function = TransferFunction::from_bytes(include_bytes!("../../../assets/head_phantom.tf.ron"));
+        let point = |point: &ControlPoint| ColorPoint {
+            value: point.value.into(),
+            color: Vec3::from_array(point.color).as_dvec3(),
+            opacity: point.opacity.into(),
+        };
+        let points = function.map_err(|error| error.to_string())?.points.iter().map(point).collect();
+        let field = Field::of_head(points, voxels_high);
+        let height_mm = 2.0 * field.half_extent_mm().y;
+        Ok(Self {
+            name: "head".to_owned(),
+            transfer: "head_phantom".to_owned(),
+            field,
+            carvers: Vec::new(),
+            eye: Eye::looking_from(VIEW, DISTANCE * height_mm, pixels),
+            is_grey: false,
+        })
     }
 
     /// The scene seen through a narrow field of view: what is seen reaches beyond the picture.

@@ -56,6 +56,12 @@ pub struct Eye {
 }
 
 impl Eye {
+    /// A camera in a direction from the origin and at a distance from it, with `pixels` along each side.
+    pub fn looking_from(direction: DVec3, distance_mm: f64, pixels: u32) -> Self {
+        let position = distance_mm * direction.normalize();
+        Self { position, fov: 30f64.to_radians(), size: UVec2::splat(pixels) }
+    }
+
     /// Direction of the ray through the centre of a pixel; rows go from top to bottom.
     pub fn direction(&self, pixel: UVec2) -> DVec3 {
         let forward = -self.position.normalize();
@@ -214,7 +220,7 @@ impl<'a> Truth<'a> {
 
     /// Part of a ray in the grid, mm.
     fn in_grid(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
-        let half = DVec3::splat(self.field.half_extent_mm());
+        let half = self.field.half_extent_mm();
         let (a, b) = ((-half - origin) / direction, (half - origin) / direction);
         let (begin, end) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
         (begin < end).then_some((begin, end))

@@ -58,23 +58,23 @@ pub fn run(name: Option<&str>, options: &Options) -> Result<(), String> {
     std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let resolutions = if options.quick { &RESOLUTIONS[..1] } else { &RESOLUTIONS[..] };
     let pixels = if options.quick { PIXELS / 2 } else { PIXELS };
-    let names = PictureScene::all(RESOLUTIONS[0], pixels).into_iter().map(|scene| scene.name);
+    let names = PictureScene::all(RESOLUTIONS[0], pixels)?.into_iter().map(|scene| scene.name);
     let mut names: Vec<_> = names.collect();
     names.dedup();
     if let Some(name) = name.filter(|name| !names.iter().any(|known| known == name)) {
         return Err(format!("unknown scene `{name}`: expected one of {}", names.join(", ")));
     }
     for &voxels in resolutions.iter().filter(|voxels| **voxels <= options.most) {
-        let scenes = PictureScene::all(voxels, pixels).into_iter();
+        let scenes = PictureScene::all(voxels, pixels)?.into_iter();
         for scene in scenes.filter(|scene| name.is_none_or(|name| scene.name == name)) {
-            compare(&scene, options)?;
+            compare(&scene, voxels, options)?;
         }
     }
     Ok(())
 }
 
-/// Compares the pictures of a scene.
-fn compare(scene: &PictureScene, options: &Options) -> Result<(), String> {
+/// Compares the pictures of a scene at a resolution.
+fn compare(scene: &PictureScene, voxels: u32, options: &Options) -> Result<(), String> {
     let truth = Truth::new(&scene.field, OcclusionRays::default().steps).picture(&scene.eye);
     for setting in settings() {
         if setting.in_ball_alone && scene.name != "ball" {
@@ -99,7 +99,7 @@ fn compare(scene: &PictureScene, options: &Options) -> Result<(), String> {
                 merged(difference.to_json(), angles_to_json(normals))
             };
             let which = json!({
-                "voxels": scene.field.voxels,
+                "voxels": voxels,
                 "transfer": scene.transfer,
                 "setting": setting.name,
                 "mode": mode.name(),
@@ -109,7 +109,7 @@ fn compare(scene: &PictureScene, options: &Options) -> Result<(), String> {
             stage.print(merged(which, figures(&picture)));
             let name = [&scene.name, &scene.transfer, setting.name, mode.name()].join("_");
             files::write(
-                &options.out.join(format!("{name}_{}", scene.field.voxels)),
+                &options.out.join(format!("{name}_{voxels}")),
                 &picture,
                 &true_levels,
                 scene.eye.size,

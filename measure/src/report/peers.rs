@@ -23,7 +23,7 @@ pub fn peers(record: &mut Recorder) -> Result<(), String> {
     for (filter, mode) in shell::peer_cases() {
         let case = format!("ours, {}, {}", mode.name(), filter.name());
         if record.has_time_for(&case) {
-            stage.set_reconstruction(filter);
+            stage.set_shading(|shading| shading.reconstruction = filter);
             let found = shell::peer_frames(&mut stage, mode, record.options)?;
             record.times(&case, found.times);
         }

@@ -59,10 +59,14 @@ fn run_of_pixel(view: MarchedView, pixel: vec2<u32>) -> u32 {
     return view.first_run + place.y * (view.window.end.x - view.window.first.x) + place.x;
 }
 
-// Words before the pixels in a list of outlines: the number of pixels found. Behind the list, each pixel of the window has
-// its place in it, or NOT_LISTED.
+// Words before the pixels in a list of outlines: the number of pixels found. Behind the list is what the rays of these
+// pixels see. Then each pixel of the window has its place in the list, or NOT_LISTED.
 const OUTLINE_HEAD: u32 = 1u;
 const NOT_LISTED: u32 = 0xffffffffu;
+// Words of what is seen: red and green, blue and opacity, all as half floats; the distance at which the last slice ends, mm,
+// or NO_COLOR until it is known.
+const COLOR_WORDS: u32 = 3u;
+const NO_COLOR: f32 = -1.0;
 // Number of rays for each pixel of an outline. 0: outlines have no rays of their own.
 fn outline_rays(view: MarchedView) -> u32 {
     return view.flags >> 16u;
@@ -74,9 +78,14 @@ fn listed_pixels(view: MarchedView, found: u32) -> u32 {
     return select(0u, found, found <= view.most_outlines);
 }
 
+// First word of what the rays of the pixel in a slot of the list see.
+fn word_of_color(view: MarchedView, slot: u32) -> u32 {
+    return view.first_outline + OUTLINE_HEAD + view.most_outlines + COLOR_WORDS * slot;
+}
+
 // Word with a pixel's place in the list.
 fn word_of_slot(view: MarchedView, pixel: vec2<u32>) -> u32 {
-    return view.first_outline + OUTLINE_HEAD + view.most_outlines + (run_of_pixel(view, pixel) - view.first_run);
+    return word_of_color(view, view.most_outlines) + (run_of_pixel(view, pixel) - view.first_run);
 }
 
 // Place in the list of the pixel that a ray of an outline belongs to, by the ray's place in the window.

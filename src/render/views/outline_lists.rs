@@ -6,6 +6,8 @@ use crate::render::windows::{VolumeWindow, WindowUniform};
 
 /// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
 pub(super) const OUTLINE_HEAD: u64 = 1;
+/// Words of what the rays of a listed pixel see, `COLOR_WORDS` in WGSL.
+const COLOR_WORDS: u64 = 3;
 /// One of this many pixels may be at an outline.
 const OUTLINE_SHARE: u64 = 4;
 
@@ -31,9 +33,9 @@ fn most_outlines(window: &VolumeWindow) -> u64 {
     pixels_of(&window.uniform) / OUTLINE_SHARE
 }
 
-/// Words of a window's list of outlines, and of the places of its pixels in it.
+/// Words of a window's list of outlines, of what is seen there, and of the places of its pixels in the list.
 pub(super) fn outline_words(window: &VolumeWindow) -> u64 {
-    OUTLINE_HEAD + most_outlines(window) + pixels_of(&window.uniform)
+    OUTLINE_HEAD + (1 + COLOR_WORDS) * most_outlines(window) + pixels_of(&window.uniform)
 }
 
 /// First word of each window's list of outlines, and most pixels in it.

@@ -3,7 +3,9 @@
 // list has no room for all pixels, all keep their own ray.
 
 #import bevy_contextual_ao::{
-    marched_view::{MarchedView, NOT_LISTED, OUTLINE_HEAD, VIEWS, ray_through, run_of_pixel, word_of_slot},
+    marched_view::{
+        MarchedView, NOT_LISTED, NO_COLOR, OUTLINE_HEAD, VIEWS, ray_through, run_of_pixel, word_of_color, word_of_slot,
+    },
     runs::{THEN_RUN, slices_of, unpack_run},
     view_ray::{ViewRay, along_ray},
     volume_bindings::volume,
@@ -77,6 +79,7 @@ fn find_outlines(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         let slot = atomicAdd(&outlines[first], 1u);
         if slot < views[view].most_outlines {
             atomicStore(&outlines[first + OUTLINE_HEAD + slot], pixel.x | (pixel.y << 16u));
+            atomicStore(&outlines[word_of_color(views[view], slot) + 2u], bitcast<u32>(NO_COLOR));
             listed_at = slot;
         }
     }

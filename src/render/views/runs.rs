@@ -96,6 +96,17 @@ pub(crate) struct MarchedViewUniform {
     noise_shift: f32,
 }
 
+/// Outlines of a view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OutlinesOfView {
+    /// Dynamic offset of their rays.
+    pub offset: u32,
+    /// Most pixels that are listed.
+    pub most_pixels: u32,
+    /// Rays of a pixel; 2 to 32.
+    pub rays: u32,
+}
+
 /// Flags of a view, as in WGSL.
 const HAS_RUNS: u32 = 1;
 const IS_MIRRORED: u32 = 2;
@@ -177,10 +188,15 @@ impl ViewRuns {
         Some(self.index_of(view)? as u32 * ViewArray::<MarchedViewUniform>::BYTES)
     }
 
-    /// Dynamic offset of the rays of a view's outlines, if it has any.
-    pub fn offset_of_outlines(&self, view: Entity) -> Option<u32> {
-        let index = self.entities[self.count..].iter().position(|entity| *entity == view)?;
-        Some((self.count + index) as u32 * ViewArray::<MarchedViewUniform>::BYTES)
+    /// Outlines of a view, if they are smooth.
+    pub fn outlines_of(&self, view: Entity) -> Option<OutlinesOfView> {
+        let index = self.count + self.entities[self.count..].iter().position(|entity| *entity == view)?;
+        let uniform = self.views.get().get(index)?;
+        Some(OutlinesOfView {
+            offset: index as u32 * ViewArray::<MarchedViewUniform>::BYTES,
+            most_pixels: uniform.most_outlines,
+            rays: uniform.flags >> OUTLINE_RAYS_BIT,
+        })
     }
 
     /// Whole windows with the rays of outlines, in the order of views behind the others.

@@ -59,14 +59,8 @@ pub struct HeadPhantom {
 /// The work is spread over all processors. The result is the same on every machine. 160 voxels
 /// make a good demo of 120 x 144 x 160.
 pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
-    let high = voxels_high.clamp(1, MAX_VOXELS_HIGH);
-    let dimensions = UVec3::new((high * 3 / 4).max(1), (high * 9 / 10).max(1), high);
-    let spacing_mm = HEIGHT_MM / high as f32;
-    let scene = Scene {
-        voxel: spacing_mm,
-        // Thinner vessels would vanish between coarse voxels.
-        vessels: Vessels::new((0.5 * spacing_mm).min(2.0)),
-    };
+    let field = HeadField::new(voxels_high);
+    let dimensions = field.dimensions;
     let slice_len = (dimensions.x * dimensions.y) as usize;
     let mut values = vec![0; slice_len * dimensions.z as usize];
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
@@ -77,47 +71,71 @@ pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
     }
     std::thread::scope(|scope| {
         for share in shares {
-            let scene = &scene;
+            let field = &field;
             scope.spawn(move || {
                 for (z, slice) in share {
-                    scene.fill_slice(dimensions, z, slice);
+                    field.fill_slice(z, slice);
                 }
             });
         }
     });
-    HeadPhantom { dimensions, spacing_mm, values }
+    HeadPhantom { dimensions, spacing_mm: field.spacing_mm, values }
 }
 
-/// Inputs of every voxel's value.
-struct Scene {
-    voxel: f32,
+/// The values of a [`HeadPhantom`] at any point, before they are rounded: what its picture should show.
+#[derive(Debug)]
+pub struct HeadField {
+    dimensions: UVec3,
+    spacing_mm: f32,
     vessels: Vessels,
 }
 
-impl Scene {
-    fn fill_slice(&self, dimensions: UVec3, z: usize, slice: &mut [i16]) {
-        let middle = (dimensions.as_vec3() - Vec3::ONE) / 2.0;
-        let width = dimensions.x as usize;
-        for (i, value) in slice.iter_mut().enumerate() {
-            let index = at((i % width) as f32, (i / width) as f32, z as f32);
-            *value = self.value((index - middle) * self.voxel).round() as i16;
+impl HeadField {
+    /// The field of [`head_phantom`] with as many voxels. Boundaries of tissues are as wide as its voxels.
+    pub fn new(voxels_high: u32) -> Self {
+        let high = voxels_high.clamp(1, MAX_VOXELS_HIGH);
+        let spacing_mm = HEIGHT_MM / high as f32;
+        Self {
+            dimensions: UVec3::new((high * 3 / 4).max(1), (high * 9 / 10).max(1), high),
+            spacing_mm,
+            // Thinner vessels would vanish between coarse voxels.
+            vessels: Vessels::new((0.5 * spacing_mm).min(2.0)),
         }
     }
 
-    /// Hounsfield units at `p`.
-    fn value(&self, p: Vec3) -> f32 {
+    /// Number of voxels along x, y and z.
+    pub fn dimensions(&self) -> UVec3 {
+        self.dimensions
+    }
+
+    /// Edge length of a (cubic) voxel, mm.
+    pub fn spacing_mm(&self) -> f32 {
+        self.spacing_mm
+    }
+
+    fn fill_slice(&self, z: usize, slice: &mut [i16]) {
+        let middle = (self.dimensions.as_vec3() - Vec3::ONE) / 2.0;
+        let width = self.dimensions.x as usize;
+        for (i, value) in slice.iter_mut().enumerate() {
+            let index = at((i % width) as f32, (i / width) as f32, z as f32);
+            *value = self.value((index - middle) * self.spacing_mm).round() as i16;
+        }
+    }
+
+    /// Hounsfield units at a point, mm from the origin of the head along the axes of [`HeadPhantom`].
+    pub fn value(&self, p: Vec3) -> f32 {
         let q = at(p.x.abs(), p.y, p.z);
-        if skin::bound(q) > AIR_EDGE * self.voxel {
+        if skin::bound(q) > AIR_EDGE * self.spacing_mm {
             return tissue::AIR;
         }
         let cavity = skull::cavity(q);
-        if cavity < -self.voxel {
+        if cavity < -self.spacing_mm {
             // Behind the bone the outer layers cannot be seen: skip them.
             return self.contents(tissue::FLUID, p, q);
         }
         let bone = skull::bone(q, cavity);
         let skin = skin::skin(q, bone);
-        if skin > AIR_EDGE * self.voxel {
+        if skin > AIR_EDGE * self.spacing_mm {
             return tissue::AIR;
         }
         let value = self.soft_tissue(q, skin);
@@ -155,22 +173,22 @@ impl Scene {
         let value = self.paint(value, tissue::GREY_MATTER, brain.surface);
         // The border of the white matter is blurred, as in any real image.
         let white = tissue::WHITE_MATTER - tissue::GREY_MATTER;
-        let white = white * ramp(0.8, -0.8, brain.white) * ramp(0.0, -self.voxel, brain.surface);
+        let white = white * ramp(0.8, -0.8, brain.white) * ramp(0.0, -self.spacing_mm, brain.surface);
         // A third of a voxel is added around vessels, so that thin vessels also reach their full value.
-        let vessel = self.vessels.distance(p) - 0.35 * self.voxel;
+        let vessel = self.vessels.distance(p) - 0.35 * self.spacing_mm;
         self.paint_crisp(value + white, tissue::VESSEL, vessel)
     }
 
     /// Covers `value` with `with` where the distance `d` is negative, blended over one voxel.
     fn paint(&self, value: f32, with: f32, d: f32) -> f32 {
-        let cover = (0.5 - d / self.voxel).clamp(0.0, 1.0);
+        let cover = (0.5 - d / self.spacing_mm).clamp(0.0, 1.0);
         value + (with - value) * cover
     }
 
     /// Like [`Self::paint`], but blended as a scanner does: the step has a standard deviation of 0.9 voxels. Steeper
     /// edges would show voxels in the shading.
     fn paint_in_air(&self, value: f32, with: f32, d: f32) -> f32 {
-        value + (with - value) * ramp(AIR_EDGE, -AIR_EDGE, d / self.voxel)
+        value + (with - value) * ramp(AIR_EDGE, -AIR_EDGE, d / self.spacing_mm)
     }
 
     /// Like [`Self::paint`], but blended over two thirds of a voxel.

@@ -1,6 +1,6 @@
 //! The phantom must stay a plausible head, and the same one everywhere.
 
-use super::{Scene, Vessels, head_phantom};
+use super::{HeadField, head_phantom};
 use bevy::math::{UVec3, Vec3};
 
 /// Share of the values that lie in a range.
@@ -41,7 +41,7 @@ fn contains_all_tissues() {
 
 #[test]
 fn skull_encloses_the_brain() {
-    let scene = Scene { voxel: 1.0, vessels: Vessels::new(0.7) };
+    let field = HeadField::new(240);
     let centre = Vec3::new(3.0, -12.0, 44.0);
     let (mut hits, mut rays) = (0, 0);
     for i in 0..200_u8 {
@@ -50,24 +50,24 @@ fn skull_encloses_the_brain() {
         let turn = f32::from(i) * 2.4;
         let direction = Vec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
         rays += 1;
-        hits += u32::from((0..240).any(|step| scene.value(centre + direction * (0.5 * step as f32)) > 400.0));
+        hits += u32::from((0..240).any(|step| field.value(centre + direction * (0.5 * step as f32)) > 400.0));
     }
     assert!(hits * 100 >= rays * 98, "bone on {hits} of {rays} rays");
 }
 
 #[test]
 fn brain_is_folded_and_split() {
-    let scene = Scene { voxel: 1.0, vessels: Vessels::new(0.7) };
+    let field = HeadField::new(240);
     // The fissure between the hemispheres is fluid, and brain lies on both sides.
     for y in [-30.0, 0.0, 25.0] {
-        assert!(scene.value(Vec3::new(0.0, y, 80.0)) < 15.0);
+        assert!(field.value(Vec3::new(0.0, y, 80.0)) < 15.0);
     }
     // Walking over the cortex just below its hull meets many sulci.
     let walk: Vec<bool> = (0..240)
         .map(|step| {
             let turn = step as f32 / 240.0 * std::f32::consts::TAU;
             let p = Vec3::new(turn.cos() * 47.0, -12.0 + turn.sin() * 63.0, 55.0);
-            scene.value(p) < 18.0
+            field.value(p) < 18.0
         })
         .collect();
     let changes = walk.windows(2).filter(|pair| pair[0] != pair[1]).count();

@@ -11,12 +11,14 @@ const REACH: f32 = 3.0;
 const CELLS: IVec3 = IVec3::new(26, 30, 34);
 
 /// One tapered piece of a vessel.
+#[derive(Debug)]
 struct Segment {
     start: (Vec3, f32),
     end: (Vec3, f32),
 }
 
 /// Tubes, sorted into a grid so that a look-up visits only near tubes.
+#[derive(Debug)]
 pub(super) struct Tubes {
     segments: Vec<Segment>,
     cells: Vec<Vec<u32>>,

@@ -7,6 +7,7 @@ use super::tubes::{Tubes, mirror};
 use bevy::math::Vec3;
 
 /// All vessels.
+#[derive(Debug)]
 pub(super) struct Vessels {
     tubes: Tubes,
 }

@@ -1,0 +1,125 @@
+// Front-to-back compositing of the slices along a view ray that are seen (step VI of the CAO paper, section 3.5, `runs`).
+// Slices are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong (`shading`).
+
+#define_import_path bevy_contextual_ao::compositing
+
+#ifdef MODULATED
+#import bevy_contextual_ao::ambient_light::opacity_share_at
+#endif
+#import bevy_contextual_ao::{
+    ambient_light::ambient_at,
+    classification::classify,
+    lit_slices::{NOTHING_SEEN, SeenPair, end_at, lit_mm, middle_of, note_lit, pair_of, seen_slice},
+    next_run::{march_behind, next_run},
+    orientation::Cut,
+    reconstruction::smooth_at_place,
+    runs::{Run, THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
+    seen::runs,
+    shading::shade,
+    view_ray::{OPAQUE, ViewRay},
+    volume_bindings::volume,
+}
+
+// Accumulated colour, premultiplied, and opacity.
+struct Pixel {
+    color: vec3<f32>,
+    alpha: f32,
+    // End of the last slice that is seen: its distance from the ray's start.
+    end_mm: f32,
+}
+
+// A cut as seen from a point of the ray behind it.
+fn cut_before(ray: ViewRay, cut_mm: f32, along_mm: f32) -> Cut {
+    return Cut(ray.origin + cut_mm * ray.velocity, (along_mm - cut_mm) / volume.voxel_mm);
+}
+
+// Adds two slices to a pixel. They have colours of their own, and share the light of one place.
+fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: ViewRay, cut_mm: f32) -> Pixel {
+    let near = pair.near;
+    let far = pair.far;
+    let opacity = near.opacity + far.opacity;
+    if opacity <= 0.0 {
+        return before;
+    }
+    let p = ray.origin + along_mm * ray.velocity;
+    let cut = cut_before(ray, cut_mm, along_mm);
+    var occluded_at = p;
+    // How much higher the smooth intensity is than the slices' own.
+    var lift = 0.0;
+#ifdef SMOOTH_COLORS
+    let smooth_here = smooth_at_place(p);
+    lift = smooth_here.sharp - mix(near.intensity, far.intensity, pair.share);
+    // Trilinear surfaces have bumps between voxels, across which occlusion changes. It is looked up where a smooth
+    // surface is.
+    occluded_at += smooth_here.to_spline;
+#endif
+    let near_color = classify(near.intensity + lift, near.gradient).rgb;
+    let far_color = classify(far.intensity + lift, far.gradient).rgb;
+    let base = mix(near_color, far_color, pair.share);
+    let color = shade(base, opacity, p, ray.direction, ambient_at(occluded_at, cut), cut);
+    return Pixel(before.color + opacity * color, before.alpha + opacity, end_mm);
+}
+
+fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
+    var pixel = before;
+    // A ray that begins in the volume's box begins at a cut too.
+    let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
+    var begin = end_at(ray, slice_of_run(ray, run, 0u).begin_mm);
+    let slices = slices_of(run);
+    var k = 0u;
+    while k < slices && pixel.alpha < OPAQUE {
+        let number = k / 2u;
+        var near = NOTHING_SEEN;
+        var far = NOTHING_SEEN;
+        var end_mm = 0.0;
+        for (var j = 0u; j < 2u && k < slices && pixel.alpha + far.opacity < OPAQUE; j += 1u) {
+            let slice = slice_of_run(ray, run, k);
+            let end = end_at(ray, slice.end_mm);
+            var share = 1.0;
+#ifdef MODULATED
+            share = opacity_share_at(middle_of(ray, slice));
+#endif
+            near = far;
+            far = seen_slice(ray, slice, begin, end, pixel.alpha + near.opacity, share);
+            begin = end;
+            end_mm = slice.end_mm;
+            // Opaque geometry hides the rest.
+            k = select(k + 1u, slices, slice.steps < 0.0);
+        }
+        let pair = pair_of(near, far);
+        let along_mm = select(lit_mm(pair), lit_place(ray, run, number), tells_place(run, number));
+        pixel = accumulate(pixel, pair, along_mm, end_mm, ray, cut_mm);
+    }
+    return pixel;
+}
+
+// What a ray sees, from its first run on.
+fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
+    var pixel = Pixel(vec3(0.0), 0.0, 0.0);
+    var run = first;
+    while true {
+        pixel = accumulate_run(pixel, run, ray);
+        if run.then != THEN_RUN || pixel.alpha >= OPAQUE {
+            break;
+        }
+        run = unpack_run(runs[run.next]);
+    }
+#ifdef REST
+    // The rest of a ray whose runs found no room, or that modulation lets go on.
+    while run.then >= THEN_SAMPLES && pixel.alpha < OPAQUE {
+        var march = march_behind(ray, run, pixel.alpha);
+        run = next_run(ray, &march, OPAQUE);
+        note_lit(&run, ray);
+        pixel = accumulate_run(pixel, run, ray);
+    }
+#endif
+    return pixel;
+}
+
+// The little opacity that is left gets a pixel's own colour, not the background's.
+fn completed(pixel: Pixel) -> Pixel {
+    if pixel.alpha >= OPAQUE {
+        return Pixel(pixel.color / pixel.alpha, 1.0, pixel.end_mm);
+    }
+    return pixel;
+}
