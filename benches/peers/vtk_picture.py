@@ -105,24 +105,32 @@ def truth(offset: np.ndarray, size: int, ramp: tuple[float, float]) -> tuple[np.
     return light + through * lit(cosine), facing + through * cosine
 
 
-def picture(size: int, ramp: tuple[float, float], options: argparse.Namespace) -> np.ndarray:
-    """Light of VTK's picture, rows from bottom to top."""
-    spacing = EXTENT / size
+def picture(
+    values: np.ndarray,
+    extent: float,
+    points: list[tuple[float, float, tuple[float, float, float]]],
+    angle: float,
+    pixels: int,
+    options: argparse.Namespace,
+) -> vtk.vtkImageData:
+    """VTK's picture of a cube of values. Points have a value, its opacity over a voxel's length, and its light."""
+    size = len(values)
+    spacing = extent / size
     image = vtk.vtkImageData()
     image.SetDimensions(size, size, size)
     image.SetSpacing([spacing] * 3)
-    image.SetOrigin([0.5 * (spacing - EXTENT)] * 3)
-    image.GetPointData().SetScalars(numpy_to_vtk(ball(size).ravel(), deep=True))
+    image.SetOrigin([0.5 * (spacing - extent)] * 3)
+    image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(), deep=True))
     mapper = vtk.vtkGPUVolumeRayCastMapper()
     mapper.SetInputData(image)
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetSampleDistance(options.step_voxels * spacing)
     mapper.SetUseJittering(options.jitter)
     opacity = vtk.vtkPiecewiseFunction()
-    opacity.AddPoint(ramp[0], 0.0)
-    opacity.AddPoint(ramp[1], 1.0)
     colour = vtk.vtkColorTransferFunction()
-    colour.AddRGBPoint(0.0, COLOUR, COLOUR, COLOUR)
+    for value, share, light in points:
+        opacity.AddPoint(value, share)
+        colour.AddRGBPoint(value, *light)
     look = vtk.vtkVolumeProperty()
     look.SetScalarOpacity(opacity)
     look.SetScalarOpacityUnitDistance(spacing)
@@ -141,49 +149,65 @@ def picture(size: int, ramp: tuple[float, float], options: argparse.Namespace) -
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
-    window.SetSize(options.pixels, options.pixels)
+    window.SetSize(pixels, pixels)
     window.AddRenderer(renderer)
     camera = renderer.GetActiveCamera()
-    camera.SetPosition(DISTANCE * VIEW / np.linalg.norm(VIEW))
-    camera.SetViewAngle(FIELD_OF_VIEW)
-    camera.SetClippingRange(10.0, 500.0)
+    camera.SetPosition(extent * 5.0 / 3.0 * VIEW / np.linalg.norm(VIEW))
+    camera.SetViewAngle(angle)
+    camera.SetClippingRange(10.0, 1000.0)
     window.Render()
     grab = vtk.vtkWindowToImageFilter()
     grab.SetInput(window)
     grab.ShouldRerenderOff()
     grab.Update()
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        writer = vtk.vtkPNGWriter()
-        writer.SetInputData(grab.GetOutput())
-        writer.SetFileName(str(options.out / f"vtk_ball_{ramp[0]:.0f}-{ramp[1]:.0f}_{size}.png"))
-        writer.Write()
-    shown = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())[:, 1]
+    return grab.GetOutput()
+
+
+def light_in(image: vtk.vtkImageData) -> np.ndarray:
+    """Light of a picture, rows from bottom to top."""
+    width, height, _ = image.GetDimensions()
     # VTK's levels are light: it does not encode them for a display.
-    return shown.reshape(options.pixels, options.pixels) / 255.0
+    return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1) / 255.0
+
+
+def save(image: vtk.vtkImageData, name: str, folder: pathlib.Path | None) -> None:
+    """Saves a picture, if there is a folder for it."""
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+        writer = vtk.vtkPNGWriter()
+        writer.SetInputData(image)
+        writer.SetFileName(str(folder / f"vtk_{name}.png"))
+        writer.Write()
+
+
+def inner(counts: np.ndarray) -> np.ndarray:
+    """Pixels that count with all 24 around them: the outline is left out."""
+    kept = counts.copy()
+    for down in range(-2, 3):
+        for right in range(-2, 3):
+            kept &= np.roll(counts, (down, right), axis=(0, 1))
+    return kept
 
 
 def figures(shown: np.ndarray, true: np.ndarray, facing: np.ndarray) -> dict:
-    """The difference of two pictures, of light."""
-    counts = facing > 0.3
-    inner = counts.copy()
-    for down in range(-2, 3):
-        for right in range(-2, 3):
-            inner &= np.roll(counts, (down, right), axis=(0, 1))
-    shown, true, facing = shown[inner], true[inner], facing[inner]
+    """The difference of two pictures, of light, in the pixels that count. Rows are pixels, columns are colours."""
     apart = level_of(shown) - level_of(true)
-    rest = apart - np.polynomial.Polynomial.fit(facing, apart, 4)(facing)
-    judged = facing < 0.97
-    angles = np.abs(angle_of(shown[judged]) - angle_of(true[judged]))
+    fitted = [np.polynomial.Polynomial.fit(facing, column, 4)(facing) for column in apart.T]
+    rest = apart - np.stack(fitted, axis=1)
     return {
         "residual_std": float(np.sqrt(np.mean(rest**2))),
         "residual_largest": float(np.max(np.abs(rest))),
         "rms": float(np.sqrt(np.mean(apart**2))),
         "largest": float(np.max(np.abs(apart))),
-        "normals_deg": float(np.mean(angles)),
-        "normals_largest_deg": float(np.max(angles)),
-        "pixels": int(inner.sum()),
+        "pixels": len(facing),
     }
+
+
+def normals(shown: np.ndarray, true: np.ndarray, facing: np.ndarray) -> dict:
+    """The difference of the angles between normals and lines of sight, degrees."""
+    judged = facing < 0.97
+    angles = np.abs(angle_of(shown[judged]) - angle_of(true[judged]))
+    return {"normals_deg": float(np.mean(angles)), "normals_largest_deg": float(np.max(angles))}
 
 
 def main() -> None:
@@ -200,7 +224,11 @@ def main() -> None:
             # Both depend on the distance alone, so that few of them will do.
             few = np.linspace(0.0, RADIUS, 4001)
             true, facing = (np.interp(offset, few, of, right=0.0) for of in truth(few, size, ramp))
-            shown = picture(size, ramp, options)
+            points = [(ramp[0], 0.0, (COLOUR,) * 3), (ramp[1], 1.0, (COLOUR,) * 3)]
+            image = picture(ball(size), EXTENT, points, FIELD_OF_VIEW, options.pixels, options)
+            save(image, f"ball_{ramp[0]:.0f}-{ramp[1]:.0f}_{size}", options.out)
+            kept = inner(facing > 0.3)
+            shown, true, facing = light_in(image)[kept][:, 1:2], true[kept][:, None], facing[kept]
             line = {
                 "peer": f"vtk {vtk.VTK_VERSION}",
                 "scene": "ball",
@@ -210,6 +238,7 @@ def main() -> None:
                 "step_voxels": options.step_voxels,
                 "jitter": options.jitter,
                 **figures(shown, true, facing),
+                **normals(shown[:, 0], true[:, 0], facing),
             }
             print(json.dumps(line), flush=True)
 

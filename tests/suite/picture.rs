@@ -1,7 +1,7 @@
 //! The truth that pictures are judged against, where it is known in closed form.
 
 use bevy::{
-    math::{DVec3, UVec2},
+    math::{DVec2, DVec3, UVec2},
     prelude::*,
 };
 use bevy_contextual_ao::volume::{Intensities, phantom::head_phantom};
@@ -37,6 +37,26 @@ fn the_profile_of_an_edge_is_the_error_function() {
     for (away, below) in [(0.0, 0.5), (1.0, 0.841_344_746_068_543), (2.5, 0.993_790_334_674_224)] {
         assert!((edge::share(away) - (1.0 - below)).abs() < 1e-10, "{away}");
         assert!((edge::share(-away) - below).abs() < 1e-10, "{away}");
+    }
+}
+
+#[test]
+fn a_thin_wall_is_blurred_from_both_sides() {
+    let normal = DVec3::new(0.3, 0.8, 0.5).normalize();
+    for thickness in [0.3, 1.5, 24.0] {
+        let field = field(Solid::Slab { normal, thickness }, 1.0);
+        for along in [0.0, 0.4, -1.3] {
+            // By hand: the wall's share of a Gaussian of the scanner's blur, as a sum.
+            let blur = field.blur_mm();
+            let at = |k: i32| (f64::from(k) + 0.5) * 0.001;
+            let bell = |away: f64| (-0.5 * (away / blur).powi(2)).exp();
+            let inside = |away: f64| f64::from(u8::from((along + away).abs() < 0.5 * thickness));
+            let sums = (-8000..8000)
+                .map(at)
+                .fold(DVec2::ZERO, |sum, away| sum + bell(away) * DVec2::new(inside(away), 1.0));
+            let found = field.value(along * normal + DVec3::new(-0.8, 0.3, 0.0));
+            assert!((found - MATTER * sums.x / sums.y).abs() < 0.5, "{thickness} {along}: {found} {sums}");
+        }
     }
 }
 

@@ -95,7 +95,7 @@ impl Field {
 
     /// The value at a point.
     pub fn value(&self, p: DVec3) -> f64 {
-        let of = |tissue: &Tissue| tissue.value * edge::share(tissue.solid.distance(p) / self.blur_mm());
+        let of = |tissue: &Tissue| tissue.value * tissue.solid.through_faces(p, self.blur_mm(), edge::share);
         match &self.body {
             Body::Solids(tissues) => tissues.iter().map(of).sum(),
             Body::Head(head) => head.value(Vec3::new(-p.x as f32, p.z as f32, p.y as f32)).into(),
@@ -105,8 +105,8 @@ impl Field {
     /// Direction in which the value changes, of any length.
     fn gradient(&self, p: DVec3) -> DVec3 {
         let of = |tissue: &Tissue| {
-            let away = tissue.solid.distance(p) / self.blur_mm();
-            tissue.value * edge::steepness(away) * tissue.solid.normal(p)
+            let steepness = tissue.solid.through_faces(p, self.blur_mm(), edge::steepness);
+            tissue.value * steepness * tissue.solid.normal(p)
         };
         let along = |axis: DVec3| {
             let reach = HALF_REACH * self.voxel_mm * axis;

@@ -55,7 +55,7 @@ impl FromWorld for CountPass {
 }
 
 impl CountPass {
-    /// Prepares to count the surfaces of a mesh.
+    /// Prepares to count the surfaces of a mesh. `None` while another count is under way.
     pub fn begin(
         &self,
         draw: ClipMeshDraw,
@@ -64,21 +64,16 @@ impl CountPass {
         textures: &ClipTextures,
         cache: &PipelineCache,
         device: &RenderDevice,
-    ) -> CountJob {
-        let buffer = |label, usage| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some(label),
-                size: BYTES,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let most = buffer("contextual_ao_surface_count", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        let staging =
-            buffer("contextual_ao_surface_count_read", BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+    ) -> Option<CountJob> {
+        let staging = count.begin(key, device)?;
+        let most = device.create_buffer(&BufferDescriptor {
+            label: Some("contextual_ao_surface_count"),
+            size: BYTES,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
         let group = self.bind((&textures.counts.view, most.as_entire_binding()), cache, device);
-        count.expect(key, staging.clone());
-        CountJob { draw, group, most, staging }
+        Some(CountJob { draw, group, most, staging })
     }
 }
 

@@ -152,7 +152,7 @@ fn count_surfaces(
             && let Some(draw) = parts.prepare(carver)
         {
             let PlanParts { passes: CarverPasses { count, cache, .. }, device, .. } = &*parts;
-            plan.counts.push(count.begin(draw, key, &mut slot.count, textures, cache, device));
+            plan.counts.extend(count.begin(draw, key, &mut slot.count, textures, cache, device));
         }
     }
 }

@@ -3,28 +3,17 @@
 
 use bevy::{
     prelude::*,
-    render::{
-        render_resource::{Buffer, MapMode, PollType},
-        renderer::RenderDevice,
-    },
+    render::{render_resource::Buffer, renderer::RenderDevice},
 };
-use std::sync::{Arc, OnceLock};
 
 use super::clip_keys::DepthKey;
+use crate::render::gpu::readback::WordReadback;
 
 /// Known number of surfaces of one carver's mesh.
 #[derive(Default)]
 pub(crate) struct SurfaceCount {
     counted: Option<(DepthKey, u32)>,
-    pending: Option<Pending>,
-}
-
-/// A count under way.
-struct Pending {
-    of: DepthKey,
-    staging: Buffer,
-    /// Whether the staging buffer could be read, once known. `None` before the request.
-    arrived: Option<Arc<OnceLock<bool>>>,
+    readback: WordReadback<DepthKey>,
 }
 
 impl SurfaceCount {
@@ -41,40 +30,22 @@ impl SurfaceCount {
 
     /// Whether a count has to be made.
     pub fn is_wanted(&self, key: &DepthKey) -> bool {
-        self.pending.is_none() && !self.is_final(key)
+        self.readback.is_idle() && !self.is_final(key)
     }
 
-    /// Expects a count in `staging`.
-    pub fn expect(&mut self, of: DepthKey, staging: Buffer) {
-        self.pending = Some(Pending { of, staging, arrived: None });
+    /// Buffer into which a count is to be copied. `None` while another one is under way.
+    pub fn begin(&mut self, of: DepthKey, device: &RenderDevice) -> Option<Buffer> {
+        self.readback.begin(of, device)
     }
 
     /// Takes over a count that has arrived.
     pub fn receive(&mut self, device: &RenderDevice) {
-        let Some(Pending { arrived: Some(arrived), of, staging }) = &self.pending else {
-            return;
-        };
-        // An error means that the device was lost.
-        let _ = device.poll(PollType::Poll);
-        let Some(&is_readable) = arrived.get() else {
-            return;
-        };
-        if is_readable {
-            let bytes = staging.slice(..).get_mapped_range();
-            self.counted = Some((*of, bytemuck::pod_read_unaligned(&bytes)));
-        }
-        self.pending = None;
+        self.counted = self.readback.receive(device).or(self.counted);
     }
 
     /// Requests the count, once its copy is submitted.
     pub fn request(&mut self, device: &RenderDevice) {
-        if let Some(Pending { arrived: arrived @ None, staging, .. }) = &mut self.pending {
-            let result = Arc::new(OnceLock::new());
-            *arrived = Some(result.clone());
-            device.map_buffer(&staging.slice(..), MapMode::Read, move |mapped| {
-                let _ = result.set(mapped.is_ok());
-            });
-        }
+        self.readback.request(device);
     }
 }
 

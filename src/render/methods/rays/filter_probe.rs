@@ -32,7 +32,7 @@ pub(super) struct FilterProbe {
     pass: ComputePass,
     group: BindGroup,
     error: Buffer,
-    readback: WordReadback,
+    readback: WordReadback<()>,
     /// Where this frame copies the result, if it runs the pass.
     staging: Option<Buffer>,
     found_error: Option<f32>,
@@ -95,12 +95,12 @@ impl FilterProbe {
         if self.found_error.is_some() {
             return;
         }
-        if let Some((_, error)) = self.readback.receive(device) {
+        if let Some(((), error)) = self.readback.receive(device) {
             // 0 means that the pass has not run yet.
             self.found_error = error.checked_sub(1).map(|error| error as f32 * ERROR_UNIT);
         }
         if self.found_error.is_none() {
-            self.staging = self.readback.begin(0, device);
+            self.staging = self.readback.begin((), device);
         }
     }
 

@@ -74,7 +74,7 @@ pub(super) struct WaitingWords {
     listed_before: u64,
     /// Whether any word may wait.
     pub any: bool,
-    left: WordReadback,
+    left: WordReadback<u64>,
 }
 
 impl WaitingWords {
