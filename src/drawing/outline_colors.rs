@@ -19,10 +19,6 @@ use super::{
 };
 use crate::render::{ExtractedScene, OutlinesOfView, VolumeRuns, VolumeWindows};
 
-/// Invocations of a workgroup, and most workgroups in a row, as in WGSL.
-const WIDTH: u32 = 64;
-const ROW: u32 = 32_768;
-
 /// Makes the pipelines.
 #[derive(Resource)]
 pub(super) struct OutlineColorPipeline {
@@ -99,10 +95,9 @@ pub(super) fn color_outlines(colors: Res<OutlineColors>, cache: Res<PipelineCach
         let Some(pipeline) = cache.get_compute_pipeline(*pipeline) else {
             continue;
         };
-        let workgroups = outlines.most_pixels.div_ceil(WIDTH / outlines.rays);
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &groups.shaded, &[outlines.offset]);
         pass.set_bind_group(1, &groups.outlines, &[]);
-        pass.dispatch_workgroups(workgroups.min(ROW), workgroups.div_ceil(ROW), 1);
+        pass.dispatch_workgroups(outlines.workgroups.x, outlines.workgroups.y, 1);
     }
 }

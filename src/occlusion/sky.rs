@@ -7,7 +7,7 @@ use crate::volume::VolumeGeometry;
 
 /// Weights of the light from each octant of directions.
 ///
-/// They are the optional weights w_k of the CAO paper (section 3.5, equation 3). They are also the chosen octants of
+/// They are the optional weights w_k of the CAO paper (section 3.4, equation 3). They are also the chosen octants of
 /// occlusion sweeping (Singh et al., section 3 and figure 7).
 ///
 /// Octants are those of volume space ([`VolumeGeometry`]). Bit 0 of an octant's number is set on the side of +x, bit 1

@@ -142,7 +142,7 @@ impl SweepingSurface {
 #[reflect(Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum GeometryTerm {
-    /// No dependence: the octants' mean is kept, a byte a voxel. Edges are somewhat brighter.
+    /// No dependence: the octants' mean is kept, a byte a voxel.
     #[default]
     None,
     /// By the cosine, integrated over the octant (equation 5), at every drawn sample. Costs eight bytes a voxel, and

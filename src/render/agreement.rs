@@ -18,6 +18,7 @@ use super::{
     },
     views::{
         dispatch::{VIEWS_AT_ONCE, ViewArray},
+        outline_lists::{COLOR_WORDS, OUTLINE_HEAD, ROW},
         runs::MarchedViewUniform,
     },
     volumes::{
@@ -41,6 +42,7 @@ const WORK_LIST: &str = include_str!("volumes/work_list.wgsl");
 const DILATE: &str = include_str!("carvers/dilate.wgsl");
 const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
 const MARCHED_VIEW: &str = include_str!("views/marched_view.wgsl");
+const OUTLINE_COLORS: &str = include_str!("../drawing/outline_colors.wgsl");
 const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
 const OCTANTS: &str = include_str!("methods/sweeping/octants.wgsl");
 
@@ -241,6 +243,10 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (BRICKS, "MASKS", MASKS),
         (BRICKS, "CARVER_BITS", CARVER_BITS),
         (MARCHED_VIEW, "VIEWS", VIEWS_AT_ONCE),
+        (MARCHED_VIEW, "OUTLINE_HEAD", OUTLINE_HEAD as u32),
+        (MARCHED_VIEW, "COLOR_WORDS", COLOR_WORDS as u32),
+        (OUTLINE_COLORS, "WIDTH", WIDTH),
+        (WORK_LIST, "ROW", ROW),
         (SWEEP, "TILE", OcclusionSweeping::TILE),
         (DILATE, "TILE", TEXELS_PER_TILE),
         (OCTANTS, "SIDE", SIDE as u32),

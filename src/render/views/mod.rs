@@ -2,7 +2,7 @@
 
 pub(super) mod dispatch;
 pub(super) mod march;
-mod outline_lists;
+pub(super) mod outline_lists;
 mod outlines;
 pub(super) mod runs;
 

@@ -2,12 +2,17 @@
 
 use bevy::prelude::*;
 
-use crate::render::windows::{VolumeWindow, WindowUniform};
+use crate::render::{
+    gpu::compute_pass::WIDTH,
+    windows::{VolumeWindow, WindowUniform},
+};
 
 /// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
-pub(super) const OUTLINE_HEAD: u64 = 1;
+pub(in crate::render) const OUTLINE_HEAD: u64 = 1;
 /// Words of what the rays of a listed pixel see, `COLOR_WORDS` in WGSL.
-const COLOR_WORDS: u64 = 3;
+pub(in crate::render) const COLOR_WORDS: u64 = 3;
+/// Most workgroups in a row, `ROW` in WGSL.
+pub(in crate::render) const ROW: u32 = 32_768;
 /// One of this many pixels may be at an outline.
 const OUTLINE_SHARE: u64 = 4;
 
@@ -36,6 +41,12 @@ fn most_outlines(window: &VolumeWindow) -> u64 {
 /// Words of a window's list of outlines, of what is seen there, and of the places of its pixels in the list.
 pub(super) fn outline_words(window: &VolumeWindow) -> u64 {
     OUTLINE_HEAD + (1 + COLOR_WORDS) * most_outlines(window) + pixels_of(&window.uniform)
+}
+
+/// Workgroups that shade a list of so many pixels at most, by so many rays each. A workgroup takes whole pixels.
+pub(super) fn workgroups_of(most_pixels: u32, rays: u32) -> UVec2 {
+    let workgroups = most_pixels.div_ceil((WIDTH / rays.max(1)).max(1));
+    UVec2::new(workgroups.min(ROW), workgroups.div_ceil(ROW))
 }
 
 /// First word of each window's list of outlines, and most pixels in it.

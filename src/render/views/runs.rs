@@ -11,7 +11,9 @@ use bevy::{
 
 use super::{
     dispatch::{ViewArray, ViewParts},
-    outline_lists::{OUTLINE_HEAD, largest_of, lists, outline_words, pixels_of, rays_of_outlines},
+    outline_lists::{
+        OUTLINE_HEAD, largest_of, lists, outline_words, pixels_of, rays_of_outlines, workgroups_of,
+    },
 };
 use crate::{
     diagnostics::GpuUsage,
@@ -101,10 +103,8 @@ pub(crate) struct MarchedViewUniform {
 pub(crate) struct OutlinesOfView {
     /// Dynamic offset of their rays.
     pub offset: u32,
-    /// Most pixels that are listed.
-    pub most_pixels: u32,
-    /// Rays of a pixel; 2 to 32.
-    pub rays: u32,
+    /// Workgroups that shade all of them (`outline_colors.wgsl`), columns and rows.
+    pub workgroups: UVec2,
 }
 
 /// Flags of a view, as in WGSL.
@@ -194,8 +194,7 @@ impl ViewRuns {
         let uniform = self.views.get().get(index)?;
         Some(OutlinesOfView {
             offset: index as u32 * ViewArray::<MarchedViewUniform>::BYTES,
-            most_pixels: uniform.most_outlines,
-            rays: uniform.flags >> OUTLINE_RAYS_BIT,
+            workgroups: workgroups_of(uniform.most_outlines, uniform.flags >> OUTLINE_RAYS_BIT),
         })
     }
 

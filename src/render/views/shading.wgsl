@@ -1,5 +1,6 @@
-// Shading of samples of a volume: darkened by occlusion and, if set, lit by Blinn-Phong (CAO paper,
-// section 3.5). Normals come from `orientation`, the light is at the camera. LIT is set where there may be a light.
+// Shading of samples of a volume: darkened by occlusion (step VI of the CAO paper, section 3.5) and, if set, lit by
+// Blinn-Phong (Blinn 1977), of which the paper has nothing. Normals come from `orientation`, the light is at the camera.
+// LIT is set where there may be a light.
 
 #define_import_path bevy_contextual_ao::shading
 
