@@ -29,6 +29,8 @@ pub const SPAN_CLIP: &str = "contextual_ao/clip";
 pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
 /// Following the view rays of volumes that changed or are seen differently, to find what will be drawn.
 pub const SPAN_MARCH: &str = "contextual_ao/march";
+/// Shading the outlines of volumes in views with `Msaa`. It has no jobs in [`PassLog`]: it is a part of drawing.
+pub const SPAN_OUTLINES: &str = "contextual_ao/outlines";
 /// Bevy's span for drawing volumes and all other transparent objects.
 pub const SPAN_DRAW: &str = "main_transparent_pass_3d";
 

@@ -66,7 +66,7 @@ pub mod prelude {
         occlusion::{
             AmbientOcclusion, AmbientScale, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod,
             OcclusionRays, OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute,
-            Reconstruction, Sky, VolumeLighting, VolumeShading,
+            Reconstruction, Sky, VolumeLighting, VolumeShading, VoxelOpacities,
         },
         volume::{
             ControlPoint, GradientPoint, GradientUnit, OcclusionReady, PointsAtGradient, Preset,

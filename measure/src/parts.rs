@@ -1,7 +1,7 @@
 //! What each part of the picture costs, in the scene of `benches/peers`.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::{occlusion::VoxelOpacities, prelude::*, volume::GradientPoint};
+use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 

@@ -4,6 +4,7 @@ use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::{
+        diagnostic::RecordDiagnostics,
         render_resource::{
             BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePassDescriptor,
             ComputePipelineDescriptor, PipelineCache, SpecializedComputePipeline,
@@ -14,10 +15,13 @@ use bevy::{
 };
 
 use super::{
-    phase::{DrawnVolumes, VolumeGroups},
+    phase::{DrawnGroups, DrawnVolumes},
     pipeline::{DrawPipeline, DrawVariant, bind_group_defs},
 };
-use crate::render::{ExtractedScene, OutlinesOfView, VolumeRuns, VolumeWindows};
+use crate::{
+    diagnostics::SPAN_OUTLINES,
+    render::{ExtractedScene, OutlinesOfView, VolumeRuns, VolumeWindows},
+};
 
 /// Makes the pipelines.
 #[derive(Resource)]
@@ -33,7 +37,7 @@ pub(super) struct OutlineColors(Vec<OutlineColorJob>);
 /// The outlines of one volume in one view.
 struct OutlineColorJob {
     pipeline: CachedComputePipelineId,
-    groups: VolumeGroups,
+    groups: DrawnGroups,
     outlines: OutlinesOfView,
 }
 
@@ -89,8 +93,12 @@ pub(super) fn color_outlines(colors: Res<OutlineColors>, cache: Res<PipelineCach
     if colors.0.is_empty() {
         return;
     }
+    let recorder = ctx.diagnostic_recorder();
+    let recorder = recorder.as_deref();
+    let encoder = ctx.command_encoder();
+    let span = recorder.time_span(encoder, SPAN_OUTLINES);
     let descriptor = ComputePassDescriptor { label: Some("contextual_ao_outline_colors"), ..default() };
-    let mut pass = ctx.command_encoder().begin_compute_pass(&descriptor);
+    let mut pass = encoder.begin_compute_pass(&descriptor);
     for OutlineColorJob { pipeline, groups, outlines } in &colors.0 {
         let Some(pipeline) = cache.get_compute_pipeline(*pipeline) else {
             continue;
@@ -100,4 +108,6 @@ pub(super) fn color_outlines(colors: Res<OutlineColors>, cache: Res<PipelineCach
         pass.set_bind_group(1, &groups.outlines, &[]);
         pass.dispatch_workgroups(outlines.workgroups.x, outlines.workgroups.y, 1);
     }
+    drop(pass);
+    span.end(encoder);
 }

@@ -40,13 +40,13 @@ use crate::render::{
 #[derive(Resource, Default)]
 pub(super) struct DrawnVolumes {
     /// Groups of this frame, by the entity of the box; each with the volume in it.
-    by_box: HashMap<MainEntity, (MainEntity, VolumeGroups)>,
-    kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<VolumeGroups>>>,
+    by_box: HashMap<MainEntity, (MainEntity, DrawnGroups)>,
+    kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<DrawnGroups>>>,
 }
 
 /// Bind groups of a volume.
 #[derive(Clone)]
-pub(super) struct VolumeGroups {
+pub(super) struct DrawnGroups {
     /// For drawing.
     pub drawn: BindGroup,
     /// The same for shading outlines, without their lists.
@@ -61,7 +61,7 @@ type Bound = ([BufferId; 4], [TextureViewId; 4]);
 
 impl DrawnVolumes {
     /// Bind groups of the volume in a box.
-    pub fn groups_of(&self, drawn_box: MainEntity) -> Option<&VolumeGroups> {
+    pub fn groups_of(&self, drawn_box: MainEntity) -> Option<&DrawnGroups> {
         self.by_box.get(&drawn_box).map(|(_, groups)| groups)
     }
 }
@@ -188,7 +188,7 @@ pub(super) fn bind_volumes(
                 let [shaded_layout, outline_layout] = &base.of_outlines;
                 let shaded = bind("contextual_ao_shaded_volume", shaded_layout, &entries);
                 entries.push(lists(OUTLINES));
-                Some(VolumeGroups {
+                Some(DrawnGroups {
                     drawn: bind("contextual_ao_drawn_volume", &base.layout, &entries),
                     shaded,
                     outlines: bind("contextual_ao_outline_lists", outline_layout, &[lists(0)]),

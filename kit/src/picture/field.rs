@@ -56,7 +56,7 @@ pub struct Field {
 pub const BLUR_VOXELS: f64 = 0.9;
 /// Half the distance over which the gradient of the head is found, voxels: its values have 24 bits.
 const HALF_REACH: f64 = 0.1;
-/// The head's least value is that of 0 in the volume.
+/// Value of the head that its volume stores as 0.
 const LEAST_OF_HEAD: f64 = -1024.0;
 
 impl Field {
