@@ -210,14 +210,26 @@ def normals(shown: np.ndarray, true: np.ndarray, facing: np.ndarray) -> dict:
     return {"normals_deg": float(np.mean(angles)), "normals_largest_deg": float(np.max(angles))}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def options_of(about: str | None, pixels: int) -> argparse.Namespace:
+    """The command line; pictures are `pixels` wide and high unless it says otherwise."""
+    parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--voxels", nargs="+", type=int, default=RESOLUTIONS, help="along each axis [48 96 192]")
-    parser.add_argument("--pixels", type=int, default=256, help="width and height of the image [256]")
+    parser.add_argument("--pixels", type=int, default=pixels, help=f"width and height of the image [{pixels}]")
     parser.add_argument("--step-voxels", type=float, default=0.5, help="distance between samples [0.5]")
     parser.add_argument("--jitter", action="store_true", help="move the starts of rays by noise")
     parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="save the pictures as PNG")
-    options = parser.parse_args()
+    return parser.parse_args()
+
+
+def tell(scene: str, voxels: int, options: argparse.Namespace, found: dict) -> None:
+    """Prints the figures of a picture as a line of JSON."""
+    of = {"peer": f"vtk {vtk.VTK_VERSION}", "scene": scene, "voxels": voxels, "mode": "phong"}
+    how = {"step_voxels": options.step_voxels, "jitter": options.jitter}
+    print(json.dumps({**of, **how, **found}), flush=True)
+
+
+def main() -> None:
+    options = options_of(__doc__, 256)
     offset = offsets(options.pixels)
     for size in options.voxels:
         for ramp in RAMPS:
@@ -226,21 +238,13 @@ def main() -> None:
             true, facing = (np.interp(offset, few, of, right=0.0) for of in truth(few, size, ramp))
             points = [(ramp[0], 0.0, (COLOUR,) * 3), (ramp[1], 1.0, (COLOUR,) * 3)]
             image = picture(ball(size), EXTENT, points, FIELD_OF_VIEW, options.pixels, options)
-            save(image, f"ball_{ramp[0]:.0f}-{ramp[1]:.0f}_{size}", options.out)
+            transfer = f"{ramp[0]:.0f}-{ramp[1]:.0f}"
+            save(image, f"ball_{transfer}_{size}", options.out)
             kept = inner(facing > 0.3)
             shown, true, facing = light_in(image)[kept][:, 1:2], true[kept][:, None], facing[kept]
-            line = {
-                "peer": f"vtk {vtk.VTK_VERSION}",
-                "scene": "ball",
-                "voxels": size,
-                "transfer": f"{ramp[0]:.0f}-{ramp[1]:.0f}",
-                "mode": "phong",
-                "step_voxels": options.step_voxels,
-                "jitter": options.jitter,
-                **figures(shown, true, facing),
-                **normals(shown[:, 0], true[:, 0], facing),
-            }
-            print(json.dumps(line), flush=True)
+            found = figures(shown, true, facing)
+            angles = normals(shown[:, 0], true[:, 0], facing)
+            tell("ball", size, options, {"transfer": transfer, **found, **angles})
 
 
 if __name__ == "__main__":

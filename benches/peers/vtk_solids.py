@@ -4,10 +4,7 @@
 README.md has what differs, ../../docs/picture.md the scenes and the definitions.
 """
 
-import argparse
-import json
 import math
-import pathlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +12,6 @@ import numpy as np
 import vtk_picture
 from vtk_picture import AMBIENT, BLUR, COLOUR, DIFFUSE, MATTER, SHININESS, SPECULAR, VIEW, light_of, value_at
 
-RESOLUTIONS = (48, 96, 192)  # voxels of the grid along each axis
 STEPS_PER_VOXEL = 48  # of the integral
 NEAR = 4.0  # voxels from a surface within which values are not those of air or of matter
 LEAST = 1e-6  # change of opacity within a voxel that makes a surface
@@ -185,13 +181,7 @@ def truth(scene: Scene, size: int, pixels: int) -> tuple[np.ndarray, np.ndarray,
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--voxels", nargs="+", type=int, default=RESOLUTIONS, help="along each axis [48 96 192]")
-    parser.add_argument("--pixels", type=int, default=128, help="width and height of the image [128]")
-    parser.add_argument("--step-voxels", type=float, default=0.5, help="distance between samples [0.5]")
-    parser.add_argument("--jitter", action="store_true", help="move the starts of rays by noise")
-    parser.add_argument("--out", type=pathlib.Path, metavar="FOLDER", help="save the pictures as PNG")
-    options = parser.parse_args()
+    options = vtk_picture.options_of(__doc__, 128)
     for size in options.voxels:
         for scene in scenes(size):
             values = grid(scene, size)
@@ -199,16 +189,8 @@ def main() -> None:
             vtk_picture.save(image, f"{scene.name}_{size}", options.out)
             light, alpha, facing = truth(scene, size, options.pixels)
             kept = vtk_picture.inner((alpha >= 0.5) & (facing > 0.3))
-            line = {
-                "peer": f"vtk {vtk_picture.vtk.VTK_VERSION}",
-                "scene": scene.name,
-                "voxels": size,
-                "mode": "phong",
-                "step_voxels": options.step_voxels,
-                "jitter": options.jitter,
-                **vtk_picture.figures(vtk_picture.light_in(image)[kept], light[kept], facing[kept]),
-            }
-            print(json.dumps(line), flush=True)
+            found = vtk_picture.figures(vtk_picture.light_in(image)[kept], light[kept], facing[kept])
+            vtk_picture.tell(scene.name, size, options, found)
 
 
 if __name__ == "__main__":

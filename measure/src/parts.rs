@@ -103,7 +103,7 @@ pub fn run(options: &Options) -> Result<(), String> {
 fn show(stage: &mut Stage, look: &Look) {
     let Look { step_voxels, jitter, reconstruction, opacities, coverage, by_gradient, samples, .. } = *look;
     let gradient_opacity = if by_gradient {
-        // From a fifth of the steepest gradient of the scene on, matter is as opaque as before.
+        // From a tenth of the gradient of the shell on, per mm, matter is as opaque as before.
         [0.0, 80.0].map(|gradient| GradientPoint { gradient, opacity: gradient / 80.0 }).to_vec()
     } else {
         Vec::new()

@@ -135,7 +135,8 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p, NO_CUT), NO_CUT);
     var pixel = Pixel(hit.alpha * color, hit.alpha, 0.0);
 #else
-    // Rays of outlines know no meshes: where these end what they see, and at outlines of meshes, the pixel's own ray is drawn.
+    // Rays of outlines were followed without regard to meshes. The pixel's own ray is drawn where a mesh ends what they see,
+    // and at outlines of meshes.
     let outline = pixel_of_outline(vec2<u32>(position.xy));
     let is_in_front = !is_ended_by_mesh || samples.end_mm > ray.begin_mm && outline.end_mm <= samples.end_mm;
     let is_smooth = outline.end_mm != NO_COLOR && is_in_front && !samples.is_split;

@@ -26,7 +26,8 @@ pub struct VolumeShading {
     /// Moves the start of every view ray by blue noise, a fixed tile of 64x64 pixels: slices turn into fine grain.
     pub jitter: bool,
     /// View rays of a pixel at an outline of the volume or of a cut, in views with `Msaa`; at most 32. More rays cost as much
-    /// as more such pixels. Fewer show steps, and flicker when a carver moves. With 1, all pixels have one ray.
+    /// as more such pixels. Fewer show steps, and flicker when a carver moves. With 1, all pixels have one ray. So has a
+    /// pixel in which an opaque mesh ends what the rays see.
     pub outline_rays: u32,
 }
 

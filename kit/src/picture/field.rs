@@ -1,4 +1,4 @@
-//! Values that a scanner finds in a body made of solids, at any point.
+//! Values that a scanner finds in a body made of solids, or in the head phantom, at any point.
 
 use bevy::math::{DAffine3, DVec3, UVec3, Vec3};
 use bevy_contextual_ao::volume::{Intensities, Rescale, Volume, VolumeError, phantom::HeadField};
@@ -95,7 +95,7 @@ impl Field {
 
     /// The value at a point.
     pub fn value(&self, p: DVec3) -> f64 {
-        let of = |tissue: &Tissue| tissue.value * tissue.solid.through_faces(p, self.blur_mm(), edge::share);
+        let of = |tissue: &Tissue| tissue.value * tissue.solid.profile_at(p, self.blur_mm(), edge::share);
         match &self.body {
             Body::Solids(tissues) => tissues.iter().map(of).sum(),
             Body::Head(head) => head.value(Vec3::new(-p.x as f32, p.z as f32, p.y as f32)).into(),
@@ -105,7 +105,7 @@ impl Field {
     /// Direction in which the value changes, of any length.
     fn gradient(&self, p: DVec3) -> DVec3 {
         let of = |tissue: &Tissue| {
-            let steepness = tissue.solid.through_faces(p, self.blur_mm(), edge::steepness);
+            let steepness = tissue.solid.profile_at(p, self.blur_mm(), edge::steepness);
             tissue.value * steepness * tissue.solid.normal(p)
         };
         let along = |axis: DVec3| {

@@ -34,7 +34,7 @@ impl Solid {
 
     /// A profile of an edge at a point: that of the nearest face, less that of the face behind it. Only slabs are so thin
     /// that the face behind matters. The profile takes distances outside a face, in units of `unit_mm`.
-    pub fn through_faces(&self, p: DVec3, unit_mm: f64, profile: fn(f64) -> f64) -> f64 {
+    pub fn profile_at(&self, p: DVec3, unit_mm: f64, profile: fn(f64) -> f64) -> f64 {
         let distance = self.distance(p);
         let behind = match *self {
             Self::Slab { thickness, .. } => profile((distance + thickness) / unit_mm),
