@@ -56,7 +56,7 @@ pub fn show(
         OcclusionMethod::Rays(rays) => show_rays(ui, rays, &mut new.sky, geometry),
         OcclusionMethod::Progressive(ProgressiveRays { rays, rays_per_frame, kept_on_change }) => {
             ui.add(Slider::new(rays_per_frame, 1..=64).logarithmic(true).text("rays a frame"));
-            ui.add(Slider::new(kept_on_change, 0.0..=0.99).text("kept on change"));
+            ui.add(Slider::new(kept_on_change, 0.0..=1.0).text("kept on change"));
             show_rays(ui, rays, &mut new.sky, geometry);
         }
         OcclusionMethod::Sweeping(sweeping) => {

@@ -44,9 +44,9 @@ impl Default for RayPattern {
 /// Largest number of rays of a pattern.
 const MAX_RAYS: u32 = 4096;
 
-/// Largest angle, radians, by which the paper's patterns are jittered. The paper gives no figure. This value is about
-/// a fifth of the angle between neighbours in the pattern of 26.
-const JITTER: f64 = 0.15;
+/// Largest angle, radians, by which the paper's patterns are jittered: 1.7 degrees. The paper gives no figure. Its
+/// authors' package moves the ends of unit vectors by up to 0.025 along each axis.
+const JITTER: f64 = 0.03;
 
 impl RayPattern {
     /// Number of rays.
@@ -128,8 +128,9 @@ fn jittered(directions: Vec<DVec3>) -> Vec<DVec3> {
         .into_iter()
         .enumerate()
         .map(|(k, direction)| {
-            // Offsets from a lattice of twice the size are well spread. Those of opposite directions do not cancel.
-            let offset = fibonacci_direction((k as u32 * 7 + 3) % (2 * count), 2 * count);
+            // Offsets from a lattice of twice the size are well spread. Those of opposite directions do not cancel. No
+            // pattern's size has the factor 11, so that no two offsets are the same.
+            let offset = fibonacci_direction((k as u32 * 11 + 3) % (2 * count), 2 * count);
             (direction + offset * JITTER.tan()).normalize()
         })
         .collect()
@@ -203,6 +204,18 @@ mod tests {
             let mean: DVec3 = pattern.directions().iter().map(|ray| ray.direction * ray.weight).sum();
             // The mean of a lattice of n rays is of the order 1/n. The jitter moves it by at most sin(JITTER).
             assert!(mean.length() < 0.1, "{pattern}: {mean}");
+        }
+    }
+
+    #[test]
+    fn no_two_rays_are_jittered_alike() {
+        for regular in [neighbours(&[1]), neighbours(&[1, 3]), neighbours(&[1, 2, 3]), rubik_faces()] {
+            let turned: Vec<_> =
+                jittered(regular.clone()).into_iter().zip(&regular).map(|(ray, regular)| ray - regular).collect();
+            for (k, offset) in turned.iter().enumerate() {
+                assert!(offset.length() < 0.0301, "at most 1.7 degrees");
+                assert!(turned[..k].iter().all(|other| other.distance(*offset) > 1e-3), "{offset}");
+            }
         }
     }
 

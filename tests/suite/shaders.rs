@@ -18,7 +18,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 34] = sources![
+const LIBRARIES: [(&str, &str); 35] = sources![
     "volumes/bindings.wgsl",
     "volumes/reconstruction.wgsl",
     "volumes/gradients.wgsl",
@@ -31,6 +31,7 @@ const LIBRARIES: [(&str, &str); 34] = sources![
     "volumes/work_list.wgsl",
     "volumes/listed.wgsl",
     "methods/rays/cast_state.wgsl",
+    "methods/rays/running_mean.wgsl",
     "clipping/clip_test.wgsl",
     "volumes/clip_pass.wgsl",
     "clipping/changes.wgsl",
@@ -55,7 +56,7 @@ const LIBRARIES: [(&str, &str); 34] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 30] = sources![
+const ENTRIES: [(&str, &str); 31] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -70,6 +71,7 @@ const ENTRIES: [(&str, &str); 30] = sources![
     "views/march.wgsl",
     "views/outlines.wgsl",
     "methods/rays/mark.wgsl",
+    "methods/rays/go_on.wgsl",
     "methods/rays/share.wgsl",
     "methods/rays/filter_probe.wgsl",
     "methods/rays/cast.wgsl",

@@ -23,8 +23,8 @@ use crate::{
 pub struct Demand {
     /// Stale voxels to be listed.
     pub(crate) queue: Queue,
-    /// Whether all voxels are stale as soon as one voxel is.
-    pub(crate) restarts: bool,
+    /// Whether all occlusion is stale, whatever changed.
+    pub(crate) begins_anew: bool,
 }
 
 /// Work of step IV on a volume in a frame.
@@ -60,17 +60,12 @@ impl VolumeResources {
     ) -> ClipStep {
         let state = &mut self.state;
         let recomputes_all = volume.recomputes_all;
-        let Demand { queue, restarts } = demand;
+        let Demand { queue, begins_anew } = demand;
         let queues_more = queue != Queue::None && queue != state.queue;
-        let changes = if recomputes_all || queues_more {
+        let changes = if recomputes_all || queues_more || begins_anew {
             Changes::All
         } else {
-            match Changes::between(state.contents.as_ref(), &contents) {
-                Changes::Carvers { past, present, .. } if restarts && past.len() + present.len() > 0 => {
-                    Changes::All
-                }
-                changes => changes,
-            }
+            Changes::between(state.contents.as_ref(), &contents)
         };
         let is_all_stale = changes == Changes::All;
         let all_carvers = || contents.carvers.iter().map(|(carver, _)| *carver);

@@ -19,6 +19,7 @@ use bevy::{
 };
 
 use super::{
+    go_on::RUNNING_MEANS,
     kept::{KeptRays, RayPassUniform},
     slices::{MOST_SLICES, Slices, arguments_of},
 };
@@ -41,7 +42,7 @@ pub(crate) struct RayCastPasses {
     cast: ComputePass,
     /// Variant that counts its work.
     counting: ComputePass,
-    /// Variant that adds to the sums of earlier frames.
+    /// Variant that adds to the running means of earlier frames.
     progressive: ComputePass,
     /// See `diagnostics::COUNTERS`.
     pub work: Buffer,
@@ -108,11 +109,11 @@ impl FromWorld for RayCastPasses {
             usage: BufferUsages::UNIFORM,
         };
         let counters = storage_buffer::<[u32; COUNTERS.len()]>(false).build(7, stages);
-        let ray_sums = storage_buffer_sized(false, None).build(8, stages);
+        let running_means = storage_buffer_sized(false, None).build(RUNNING_MEANS, stages);
         Self {
             cast: pass(None, None),
             counting: pass(Some("COUNT_WORK"), Some(counters)),
-            progressive: pass(Some("PROGRESSIVE"), Some(ray_sums)),
+            progressive: pass(Some("PROGRESSIVE"), Some(running_means)),
             numbers: world.resource::<RenderDevice>().create_buffer_with_data(&numbers),
             work: world.resource::<RenderDevice>().create_buffer(&BufferDescriptor {
                 label: Some("contextual_ao_work"),
@@ -144,8 +145,8 @@ impl RayCastPasses {
         gpu: &Gpu,
     ) -> Option<RayCastJob> {
         let state = kept.state.clone()?;
-        let (variant, own) = match &kept.ray_sums {
-            Some(sums) => (Variant::Progressive, Some((8, sums))),
+        let (variant, own) = match &kept.running_means {
+            Some(means) => (Variant::Progressive, Some((RUNNING_MEANS, means))),
             None if counts => (Variant::Counting, Some((7, &self.work))),
             None => (Variant::Plain, None),
         };

@@ -16,6 +16,11 @@
     volume_bindings::{volume, voxel_index},
     work_list::ROW,
 }
+#ifdef PROGRESSIVE
+#import bevy_contextual_ao::running_mean::{
+    MOST, WordProgress, begun_anew, factor_of, keep_progress, noise_of, progress_of, running_means, touched,
+}
+#endif
 
 // Opacities after clipping, V_o.
 @group(1) @binding(0) var opacities: texture_3d<f32>;
@@ -33,10 +38,6 @@
 #endif
 @group(1) @binding(9) var<storage, read> cast_state: CastState;
 @group(1) @binding(10) var<uniform> slice: u32;
-#ifdef PROGRESSIVE
-// Sum of every voxel's ray factors so far, each times its weight.
-@group(1) @binding(8) var<storage, read_write> ray_sums: array<f32>;
-#endif
 #ifdef COUNT_WORK
 // Voxels cast, samples taken and distances looked up, each as low and high word.
 @group(1) @binding(7) var<storage, read_write> work: array<atomic<u32>, 6>;
@@ -60,7 +61,7 @@ const MOST_VOXELS: u32 = 32u * MOST_WORDS;
 const OPAQUE: f32 = 1.0 / 512.0;
 // Units in which transmittances and ray factors are added up.
 const TRANSMITTANCE_UNIT: f32 = 1.0 / 65536.0;
-const FACTOR_UNIT: f32 = 1.0 / 268435456.0;
+const FACTOR_UNIT: f32 = 1.0 / 16777216.0;
 
 // The words, and the masks of their voxels to be cast.
 var<workgroup> words: array<u32, MOST_WORDS>;
@@ -68,6 +69,45 @@ var<workgroup> masks: array<u32, MOST_WORDS>;
 // Voxels to be cast, as numbers of a word and of a bit, 5 bits, and the sums of their ray factors.
 var<workgroup> voxels: array<u32, MOST_VOXELS>;
 var<workgroup> sums: array<atomic<u32>, MOST_VOXELS>;
+#ifdef PROGRESSIVE
+// Progress of the words before this frame and in it, and number of rays that this frame casts.
+var<workgroup> progress_before: array<WordProgress, MOST_WORDS>;
+var<workgroup> progress_now: array<WordProgress, MOST_WORDS>;
+var<workgroup> rays_now: array<u32, MOST_WORDS>;
+
+// Rays go on with the first one behind the last one.
+fn place_of_ray(ray: u32) -> u32 {
+    return 3u * (ray % ray_pass.all_rays);
+}
+
+// Takes up the progress of a word, of which a frame touched some voxels. Returns the voxels to cast.
+fn take_up(k: u32, word: u32, touched_voxels: u32) -> u32 {
+    progress_before[k] = progress_of(word);
+    var progress = progress_before[k];
+    if touched_voxels != 0u {
+        progress = touched(progress_before[k], touched_voxels, ray_pass.kept);
+    }
+    let count = min(ray_pass.end_ray - ray_pass.first_ray, ray_pass.all_rays - progress.rays);
+    for (var i = 0u; i < count; i += 1u) {
+        progress.weight += rays[place_of_ray(ray_pass.first_ray + i)].w;
+    }
+    progress.rays += count;
+    var ended = progress;
+    if progress.rays == ray_pass.all_rays {
+        progress.weight = 1.0;
+        ended = progress;
+        ended.going = 0u;
+    }
+    progress_now[k] = progress;
+    rays_now[k] = count;
+    keep_progress(word, ended);
+    return progress.going;
+}
+#else
+fn place_of_ray(ray: u32) -> u32 {
+    return 3u * ray;
+}
+#endif
 
 // Opacity at a point: trilinear, and transparent outside the grid.
 fn opacity_at(p: vec3<f32>) -> f32 {
@@ -161,9 +201,10 @@ fn ray_cast(
         let pending = mask_at(PENDING, word);
         words[lane] = word;
         masks[lane] = voxel_masks[pending];
-        if ray_pass.goes_on == 0u {
-            voxel_masks[pending] = 0u;
-        }
+        voxel_masks[pending] = 0u;
+#ifdef PROGRESSIVE
+        masks[lane] = take_up(lane, word, masks[lane]);
+#endif
     }
     workgroupBarrier();
     // Lists the voxels of all words one behind the other.
@@ -188,9 +229,15 @@ fn ray_cast(
             let center = middle / vec3<f32>(volume.dimensions);
             var sum = 0u;
             let first_ray = ray_pass.first_ray + lane / at_once;
-            for (var ray = first_ray; ray < ray_pass.end_ray; ray += team) {
-                let start = rays[3u * ray];
-                let factor = start.w * cast_ray(center + start.xyz, rays[3u * ray + 1u].xyz, rays[3u * ray + 2u].xyz);
+#ifdef PROGRESSIVE
+            let end_ray = ray_pass.first_ray + rays_now[voxels[place] >> 5u];
+#else
+            let end_ray = ray_pass.end_ray;
+#endif
+            for (var ray = first_ray; ray < end_ray; ray += team) {
+                let at = place_of_ray(ray);
+                let start = rays[at];
+                let factor = start.w * cast_ray(center + start.xyz, rays[at + 1u].xyz, rays[at + 2u].xyz);
                 sum += u32(factor / FACTOR_UNIT + 0.5);
             }
             atomicAdd(&sums[place], sum);
@@ -199,12 +246,21 @@ fn ray_cast(
     workgroupBarrier();
     for (var place = lane; place < count; place += WIDTH) {
         let voxel = voxel_of(voxels[place]);
-        var ambient = f32(atomicLoad(&sums[place])) * FACTOR_UNIT;
 #ifdef PROGRESSIVE
+        let k = voxels[place] >> 5u;
         let index = voxel_index(voxel);
-        ambient += ray_pass.kept * ray_sums[index];
-        ray_sums[index] = ambient;
-        ambient /= ray_pass.found_weight;
+        var mean = running_means[index];
+        // The first rays after a touch.
+        if progress_now[k].rays == rays_now[k] {
+            let was_going = extractBits(progress_before[k].going, voxels[place] & 31u, 1u) != 0u;
+            mean = begun_anew(mean, progress_before[k], was_going, noise_of(index ^ (ray_pass.first_ray << 20u)));
+        }
+        let sum = min((mean >> 8u) + atomicLoad(&sums[place]), MOST);
+        mean = (sum << 8u) | (mean & 0xffu);
+        running_means[index] = mean;
+        let ambient = factor_of(mean, progress_now[k]);
+#else
+        let ambient = f32(atomicLoad(&sums[place])) * FACTOR_UNIT;
 #endif
         textureStore(occlusion, voxel / volume.occlusion_stride, vec4(ambient, 0.0, 0.0, 0.0));
     }

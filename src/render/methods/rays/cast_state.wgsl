@@ -4,18 +4,16 @@
 
 // Rays that a frame casts.
 struct RayPass {
-    // First and end ray, and number of samples of each.
+    // First and end ray, and number of samples of each. Progressive rays go on with ray 0 behind all rays.
     first_ray: u32,
     end_ray: u32,
+    all_rays: u32,
     steps: u32,
     // 1: rays end when nothing more can change them. 1: rays leap over empty bricks.
     ends_early: u32,
     leaps: u32,
-    // Progressive rays: share of the earlier sums that counts, and the total weight of the new sums.
+    // Progressive rays: most weight of earlier factors after a change, of patterns.
     kept: f32,
-    found_weight: f32,
-    // 1: other rays of the same voxels follow in the next frame.
-    goes_on: u32,
     // Most words that a slice casts and that a frame casts, and number of slices.
     words_per_slice: u32,
     words_per_frame: u32,

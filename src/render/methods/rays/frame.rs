@@ -1,12 +1,12 @@
 //! Plan of a frame: the voxels to mark, and the rays to cast.
 
 use bevy::render::render_resource::BindGroup;
-use core::ops::Range;
 
 use super::{
     Rays,
     cast::RayCastJob,
-    kept::{KeptRays, RayPassUniform, RayProgress},
+    go_on::GoOnJob,
+    kept::{KeptRays, RayPassUniform},
     mark::MarkJob,
     share::ShareJob,
     slices::Slices,
@@ -33,6 +33,8 @@ pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
     /// Pass over the views that fills the list of voxels.
     pub(super) mark: Option<MarkJob>,
+    /// Pass that lists the voxels whose rays go on.
+    pub(super) go_on: Option<GoOnJob>,
     pub(super) share: ShareJob,
     pub(super) cast: RayCastJob,
 }
@@ -44,21 +46,21 @@ fn progressive(volume: &ExtractedVolume) -> Option<ProgressiveRays> {
 }
 
 /// Demand on clipping: the voxels to list, none if views are followed.
-pub(super) fn demand(volume: &ExtractedVolume, optimizations: &Optimizations) -> Demand {
-    // A change restarts the progressive rays of all voxels.
-    let restarts = progressive(volume).is_some();
+pub(super) fn demand(of: &KeptVolume, optimizations: &Optimizations) -> Demand {
+    let KeptVolume { volume, resources } = of;
     let queue = if !volume.shading.ambient_occlusion {
         Queue::None
     } else if volume.recomputes_all {
         Queue::All
-    } else if optimizations.demand && !restarts {
+    } else if optimizations.demand {
         Queue::None
     } else if optimizations.sampleable {
         Queue::Sampleable
     } else {
         Queue::Visible
     };
-    Demand { queue, restarts }
+    let kept: Option<&KeptRays> = resources.kept.as_ref().and_then(|kept| kept.get());
+    Demand { queue, begins_anew: kept.is_some_and(|kept| kept.means_are_new) }
 }
 
 impl Rays {
@@ -66,26 +68,20 @@ impl Rays {
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
         let VolumeFrame { of: KeptVolume { volume, resources }, step, windows, optimizations, .. } = *frame;
         kept.waiting.receive(gpu);
+        kept.means_are_new = false;
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
         let unmarked = unmarked(views, &kept.marked, frame);
         let marks_any = unmarked.iter().any(Option::is_some);
         kept.marked = views.iter().map(|view| view.uniform).collect();
 
-        let rays = kept.rays.get();
-        let all_rays = (rays.len() / ENTRIES) as u32;
+        let all_rays = (kept.rays.get().len() / ENTRIES) as u32;
         let progressive = progressive(volume);
-        let (cast, kept_share) = match progressive {
-            Some(settings) => rays_of_frame(settings, kept.progress, step.is_all_stale, all_rays),
-            None => (0..all_rays, 0.0),
-        };
-        let cast_weight: f32 = cast.clone().map(|ray| rays[ENTRIES * ray as usize].w).sum();
-        let found_weight = kept.progress.weight * kept_share + cast_weight;
-        kept.progress = RayProgress { rays: cast.end, weight: found_weight };
-        let continues = progressive.is_some() && step.queue != Queue::None && !cast.is_empty();
+        let count = progressive.map_or(all_rays, |settings| settings.rays_per_frame.min(all_rays));
         let lists_stale = step.has_changes() && step.queue != Queue::None;
-        // Only words that views ask for may wait.
-        let budget = frame.cast_budget.words_per_frame.filter(|_| step.queue == Queue::None);
+        // Only words that views ask for may wait, and no progressive rays.
+        let may_wait = step.queue == Queue::None && kept.running_means.is_none();
+        let budget = frame.cast_budget.words_per_frame.filter(|_| may_wait);
         let begins_anew = step.has_changes() && step.is_all_stale;
         if begins_anew {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
@@ -95,22 +91,28 @@ impl Rays {
             }
             kept.waiting.any = false;
         }
-        if !marks_any && !lists_stale && !continues && !kept.waiting.any {
+        let goes_on = kept.frames_left > 0 && frame.uses_occlusion();
+        if !marks_any && !lists_stale && !goes_on && !kept.waiting.any {
             return None;
         }
+        if marks_any || lists_stale {
+            kept.frames_left = all_rays.div_ceil(count.max(1));
+        }
+        kept.frames_left = kept.frames_left.saturating_sub(1);
+        let first_ray = if progressive.is_some() { kept.next_ray % all_rays.max(1) } else { 0 };
+        kept.next_ray = first_ray + count;
         let slices = Slices::of(resources.bricks.bricks * MASK_WORDS, frame.cast_budget.words_per_dispatch);
         kept.keep_state(slices, &gpu.device);
         let reads_back = kept.waiting.begin_cast(marks_any || lists_stale, budget.is_none(), gpu);
 
         let pass = RayPassUniform {
-            first_ray: cast.start,
-            end_ray: cast.end,
+            first_ray,
+            end_ray: first_ray + count,
+            all_rays,
             steps: volume.occlusion.method.rays()?.steps,
             ends_early: optimizations.early_end.into(),
             leaps: optimizations.leaps.into(),
-            kept: kept_share,
-            found_weight,
-            goes_on: (continues && cast.end < all_rays).into(),
+            kept: progressive.map_or(0.0, |settings| settings.kept_on_change),
             words_per_slice: slices.words,
             words_per_frame: budget.unwrap_or(u32::MAX).max(1),
             slices: slices.count,
@@ -121,6 +123,7 @@ impl Rays {
             mark: marks_any
                 .then(|| self.mark.bind_views(&unmarked, self.probe.place_margin(), kept, frame, gpu))
                 .flatten(),
+            go_on: goes_on.then(|| self.go_on.bind_volume(&resources.bricks, kept, gpu)).flatten(),
             share: self.share.bind_volume(&resources.bricks, kept, reads_back, gpu)?,
             cast: self.cast.bind_volume(resources, kept, self.counts_work, slices, gpu)?,
         })
@@ -139,16 +142,4 @@ fn unmarked(
     let stale = Stale::by(step, reach_mm, &volume.geometry, optimizations);
     let is_new = |view: &VolumeWindow| frame.looks_different || !marked.contains(&view.uniform);
     views.iter().map(|view| stale.part_of(view, is_new(view))).collect()
-}
-
-/// Rays that a frame casts, and the share of the earlier rays' weight that counts. A change restarts at the first
-/// ray.
-fn rays_of_frame(
-    settings: ProgressiveRays,
-    before: RayProgress,
-    has_changed: bool,
-    all_rays: u32,
-) -> (Range<u32>, f32) {
-    let (first, kept) = if has_changed { (0, settings.kept_on_change) } else { (before.rays, 1.0) };
-    (first..first.saturating_add(settings.rays_per_frame).min(all_rays), kept)
 }

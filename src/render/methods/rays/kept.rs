@@ -4,7 +4,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, TextureViewId,
+            BindGroup, Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, TextureViewId,
             UniformBuffer,
         },
         renderer::RenderDevice,
@@ -14,7 +14,7 @@ use bevy::{
 use super::{slices::Slices, table::ray_table};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{AmbientOcclusion, ProgressiveRays},
+    occlusion::{AmbientOcclusion, MethodSettings, ProgressiveRays},
     render::{
         gpu::{device::Gpu, kept_group::KeptGroup, readback::WordReadback, textures::usage_of_buffers},
         methods::voxel_method::KeptVolume,
@@ -29,22 +29,14 @@ use crate::{
 pub(crate) struct RayPassUniform {
     pub first_ray: u32,
     pub end_ray: u32,
+    pub all_rays: u32,
     pub steps: u32,
     pub ends_early: u32,
     pub leaps: u32,
     pub kept: f32,
-    pub found_weight: f32,
-    pub goes_on: u32,
     pub words_per_slice: u32,
     pub words_per_frame: u32,
     pub slices: u32,
-}
-
-/// Progress of rays that are cast over several frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct RayProgress {
-    pub rays: u32,
-    pub weight: f32,
 }
 
 /// Part of a view, `Part` in WGSL.
@@ -106,10 +98,15 @@ pub(crate) struct KeptRays {
     /// Settings for which the rays were made.
     rays_for: Option<AmbientOcclusion>,
     pub pass: UniformBuffer<RayPassUniform>,
-    /// Sums of progressive rays' weighted factors so far, one number a voxel.
-    pub ray_sums: Option<Buffer>,
-    /// Number of rays cast since the last change, and total weight of the sums.
-    pub(super) progress: RayProgress,
+    /// Running means of progressive rays (`running_mean.wgsl`).
+    pub running_means: Option<Buffer>,
+    /// Whether no frame has used the running means yet.
+    pub(super) means_are_new: bool,
+    /// The ray with which the next frame begins.
+    pub(super) next_ray: u32,
+    /// Number of frames until all progressive rays have been cast where the last change was.
+    pub(super) frames_left: u32,
+    pub(super) go_on_groups: KeptGroup<[BufferId; 2], [BindGroup; 2]>,
     pub(super) parts: MarkParts,
     /// `CastState` in WGSL.
     pub state: Option<Buffer>,
@@ -122,11 +119,11 @@ pub(crate) struct KeptRays {
 
 impl MethodResources for KeptRays {
     fn usage(&self) -> GpuUsage {
-        usage_of_buffers(&self.ray_sums)
+        usage_of_buffers(&self.running_means)
     }
 
     fn is_complete(&self) -> bool {
-        !self.waiting.any
+        !self.waiting.any && self.frames_left == 0
     }
 }
 
@@ -146,22 +143,22 @@ impl KeptRays {
         }
     }
 
-    /// Uploads the rays if they changed, and keeps sums only for progressive rays.
+    /// Uploads the rays if they changed, and keeps running means only for progressive rays.
     pub fn update(mut self, volume: &KeptVolume, gpu: &Gpu) -> Self {
-        let is_progressive = volume.settings::<ProgressiveRays>().is_some();
-        if is_progressive != self.ray_sums.is_some() {
-            let descriptor = BufferDescriptor {
-                label: Some("contextual_ao_ray_sums"),
-                size: 4 * volume.dimensions().as_u64vec3().element_product(),
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            };
-            self.ray_sums = is_progressive.then(|| gpu.device.create_buffer(&descriptor));
-            // The new sums are empty, whatever the earlier sums held.
-            self.progress = default();
-        }
         let occlusion = volume.ambient_occlusion();
         if self.rays_for.as_ref() != Some(occlusion) {
+            // Means of other rays would not settle: new ones are empty. Without progressive rays there are none.
+            let bytes = volume.settings::<ProgressiveRays>().map(|rays| rays.bytes(volume.dimensions()).total);
+            self.running_means = bytes.map(|size| {
+                gpu.device.create_buffer(&BufferDescriptor {
+                    label: Some("contextual_ao_running_means"),
+                    size,
+                    usage: BufferUsages::STORAGE,
+                    mapped_at_creation: false,
+                })
+            });
+            self.means_are_new = self.running_means.is_some();
+            (self.next_ray, self.frames_left) = (0, 0);
             self.rays_for = Some(occlusion.clone());
             self.rays.set(ray_table(occlusion, &volume.volume.geometry));
             self.rays.write_buffer(&gpu.device, &gpu.queue);

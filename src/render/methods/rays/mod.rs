@@ -1,11 +1,12 @@
 //! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where the occlusion is stale and
 //! seen. Rays are cast all at once, or a few in every frame.
 //!
-//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `share` (among dispatches) → `cast`.
+//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `go_on` (those whose rays go on) → `share` (among dispatches) → `cast`.
 
 pub(in crate::render) mod cast;
 mod filter_probe;
 mod frame;
+mod go_on;
 pub(in crate::render) mod kept;
 mod mark;
 mod share;
@@ -35,6 +36,7 @@ use crate::{
 use cast::RayCastPasses;
 use filter_probe::FilterProbe;
 use frame::RaysJob;
+use go_on::GoOnPass;
 use kept::KeptRays;
 use mark::MarkPass;
 use share::SharePass;
@@ -47,6 +49,8 @@ impl Plugin for RaysPlugin {
         embedded_asset!(app, "mark.wgsl");
         load_shader_library!(app, "cast_state.wgsl");
         embedded_asset!(app, "filter_probe.wgsl");
+        load_shader_library!(app, "running_mean.wgsl");
+        embedded_asset!(app, "go_on.wgsl");
         embedded_asset!(app, "share.wgsl");
         embedded_asset!(app, "cast.wgsl");
         app.add_plugins(VoxelMethodPlugin::<Rays>::default());
@@ -56,6 +60,7 @@ impl Plugin for RaysPlugin {
 /// The passes of the method.
 pub(super) struct Rays {
     mark: MarkPass,
+    go_on: GoOnPass,
     share: SharePass,
     probe: FilterProbe,
     cast: RayCastPasses,
@@ -66,6 +71,7 @@ impl FromWorld for Rays {
     fn from_world(world: &mut World) -> Self {
         Self {
             mark: MarkPass::from_world(world),
+            go_on: GoOnPass::from_world(world),
             share: SharePass::from_world(world),
             probe: FilterProbe::from_world(world),
             cast: RayCastPasses::from_world(world),
@@ -88,7 +94,7 @@ impl VoxelMethod for Rays {
             & self.share.is_ready(cache)
             & self.probe.is_ready(cache)
             & self.cast.is_ready(self.counts_work, cache)
-            & (!is_progressive || self.cast.progressive_is_ready(cache))
+            & (!is_progressive || self.cast.progressive_is_ready(cache) & self.go_on.is_ready(cache))
     }
 
     fn read(&mut self, world: &World) {
@@ -101,7 +107,7 @@ impl VoxelMethod for Rays {
     }
 
     fn demand(&self, volume: &KeptVolume, optimizations: &Optimizations) -> Demand {
-        frame::demand(volume.volume, optimizations)
+        frame::demand(volume, optimizations)
     }
 
     fn plan(&self, kept: &mut KeptRays, volume: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
@@ -126,6 +132,9 @@ impl VoxelMethod for Rays {
             |(_, slice)| *slice == 0,
             |encoder, (job, slice)| {
                 if slice == 0 {
+                    if let Some(go_on) = &job.go_on {
+                        self.go_on.encode_job(encoder, &job.volume, go_on, cache);
+                    }
                     self.share.encode_job(encoder, &job.share, cache);
                 }
                 self.cast.encode(encoder, &job.volume, &job.cast, slice, cache);

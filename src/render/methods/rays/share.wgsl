@@ -27,9 +27,8 @@ fn share() {
     cast_state.end = end;
     cast_state.words_per_group = words_per_group;
     cast_state.left = count - end;
-    // Progressive rays cast the same list again.
-    cast_state.next = select(end, first, ray_pass.goes_on != 0u);
-    if ray_pass.goes_on == 0u && end == count {
+    cast_state.next = end;
+    if end == count {
         cast_state.next = 0u;
         atomicStore(&words.heads[FRONT].count, 0u);
     }
