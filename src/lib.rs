@@ -56,7 +56,7 @@ pub use plugin::ContextualAoPlugin;
 pub mod prelude {
     #[cfg(feature = "other_methods")]
     pub use crate::occlusion::{
-        DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,
+        DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,
     };
     pub use crate::{
         ContextualAoPlugin, VolumeBundle,

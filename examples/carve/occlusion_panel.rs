@@ -3,8 +3,9 @@
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, MethodSettings, OcclusionFiltering,
-        OcclusionSweeping, OpacityModulation, ProgressiveRays, ScreenSpaceOcclusion, SweepingSurface,
+        DensityEstimate, DensitySource, DirectionalOcclusion, GeometryTerm, MethodSettings,
+        OcclusionFiltering, OcclusionSweeping, OpacityModulation, ProgressiveRays, ScreenSpaceBlur,
+        ScreenSpaceOcclusion, SweepingSurface,
     },
     prelude::*,
     volume::VolumeGeometry,
@@ -66,7 +67,7 @@ pub fn show(
         }
         OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering, geometry),
         OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen, geometry),
-        OcclusionMethod::Direct(direct) => show_direct(ui, direct),
+        OcclusionMethod::Directional(directional) => show_directional(ui, directional),
         _ => {}
     }
     // Any change restarts the computation.
@@ -156,6 +157,7 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering, geometry: &Vo
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Chebyshev, "Chebyshev");
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Power, "power");
         ui.selectable_value(&mut filtering.estimate, DensityEstimate::Gaussian, "Gaussian");
+        ui.selectable_value(&mut filtering.estimate, DensityEstimate::ChebyshevOpen, "Chebyshev, open");
     });
     ui.horizontal_wrapped(|ui| {
         ui.label("of the");
@@ -189,12 +191,20 @@ fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion, geometry: &
     length_slider(ui, "bias, mm", &mut screen.bias_mm, bias_mm, BIAS_VOXELS, geometry);
     let samples = 1..=ScreenSpaceOcclusion::MAX_SAMPLES;
     ui.add(Slider::new(&mut screen.samples, samples).logarithmic(true).text("samples"));
-    ui.checkbox(&mut screen.blur, "blur");
+    ui.horizontal_wrapped(|ui| {
+        ui.label("blur");
+        ui.selectable_value(&mut screen.blur, ScreenSpaceBlur::None, "none");
+        ui.selectable_value(&mut screen.blur, ScreenSpaceBlur::Gaussian, "Gaussian");
+        ui.selectable_value(&mut screen.blur, ScreenSpaceBlur::Even, "even");
+    });
 }
 
-fn show_direct(ui: &mut Ui, direct: &mut DirectOcclusion) {
-    ui.add(Slider::new(&mut direct.aperture_degrees, 1.0..=89.0).text("aperture, degrees"));
-    ui.add(Slider::new(&mut direct.samples, 1..=DirectOcclusion::MAX_SAMPLES).text("samples along a side"));
-    ui.add(Slider::new(&mut direct.slice_voxels, 0.25..=4.0).text("slice, voxels"));
-    ui.checkbox(&mut direct.exact_distance, "exact distance");
+fn show_directional(ui: &mut Ui, directional: &mut DirectionalOcclusion) {
+    ui.add(Slider::new(&mut directional.aperture_degrees, 1.0..=89.0).text("aperture, degrees"));
+    ui.add(
+        Slider::new(&mut directional.samples, 1..=DirectionalOcclusion::MAX_SAMPLES)
+            .text("samples along a side"),
+    );
+    ui.add(Slider::new(&mut directional.slice_voxels, 0.25..=4.0).text("slice, voxels"));
+    ui.checkbox(&mut directional.exact_distance, "exact distance");
 }

@@ -2,6 +2,8 @@
 
 use std::{collections::HashMap, str::FromStr};
 
+use crate::fit::Fit;
+
 /// Kinds of frames that are timed: after a carver moved, with nothing changed, after an edit of the transfer
 /// function.
 pub const KINDS: [&str; 3] = ["carve", "rest", "edit"];
@@ -25,16 +27,17 @@ pub struct Row {
     pub frames: u32,
     /// Median milliseconds of each of [`KINDS`].
     pub ms: [f64; 3],
+    /// Lower and upper quartile of each.
+    pub quartiles_ms: [[f64; 2]; 3],
     /// Median milliseconds without occlusion: clipping and drawing alone.
     pub solid_ms: [f64; 3],
     /// Milliseconds of a carve frame of dense local ambient occlusion with 54 rays, as published.
     pub dense_ms: f64,
-    /// Error against very many rays, over the voxels that the image reads. `None` for methods without voxels.
-    pub voxel_error: Option<f64>,
-    /// Number of voxels compared.
-    pub voxels_compared: u64,
-    /// Error against the image of very many rays, over all pixels and colours.
-    pub image_error: Option<f64>,
+    /// Errors against very many rays, over the voxels that the image reads. `None` for methods without voxels.
+    pub voxels_fit: Option<Fit>,
+    /// Errors against the image of very many rays, over the colours of the object's pixels. The factor is one on
+    /// linear light.
+    pub image_fit: Option<Fit>,
     /// The method's own definition of occlusion, if it is another.
     pub own_definition: String,
     /// Error of the method's voxels against its own definition.
@@ -43,7 +46,7 @@ pub struct Row {
     pub own_image_error: Option<f64>,
 }
 
-const COLUMNS: [&str; 23] = [
+const COLUMNS: [&str; 36] = [
     "scene",
     "voxels",
     "pixels",
@@ -54,6 +57,12 @@ const COLUMNS: [&str; 23] = [
     "carve_ms",
     "rest_ms",
     "edit_ms",
+    "carve_quartile_1_ms",
+    "carve_quartile_3_ms",
+    "rest_quartile_1_ms",
+    "rest_quartile_3_ms",
+    "edit_quartile_1_ms",
+    "edit_quartile_3_ms",
     "solid_carve_ms",
     "solid_rest_ms",
     "solid_edit_ms",
@@ -61,9 +70,16 @@ const COLUMNS: [&str; 23] = [
     "carve_relative",
     "rest_relative",
     "edit_relative",
-    "voxel_rms",
     "voxels_compared",
+    "voxel_rms",
+    "voxel_factor",
+    "voxel_fitted_rms",
+    "voxel_correlation",
+    "colors_compared",
     "image_rms",
+    "image_factor",
+    "image_fitted_rms",
+    "image_correlation",
     "own_definition",
     "own_voxel_rms",
     "own_image_rms",
@@ -75,12 +91,14 @@ impl Row {
         self.ms[kind] / self.dense_ms
     }
 
-    fn cells(&self) -> [String; COLUMNS.len()] {
+    fn cells(&self) -> Vec<String> {
         let [carve, rest, edit] = self.ms.map(number);
         let [solid_carve, solid_rest, solid_edit] = self.solid_ms.map(number);
         let [carve_relative, rest_relative, edit_relative] =
             [0, 1, 2].map(|kind| number(self.relative(kind)));
         let optional = |value: Option<f64>| value.map(number).unwrap_or_default();
+        let [quartiles_carve, quartiles_rest, quartiles_edit] = self.quartiles_ms.map(|ms| ms.map(number));
+        let [voxels, image] = [self.voxels_fit, self.image_fit].map(fit_cells);
         [
             text(&self.scene),
             product(&self.voxels),
@@ -92,6 +110,10 @@ impl Row {
             carve,
             rest,
             edit,
+        ]
+        .into_iter()
+        .chain([quartiles_carve, quartiles_rest, quartiles_edit].into_iter().flatten())
+        .chain([
             solid_carve,
             solid_rest,
             solid_edit,
@@ -99,13 +121,11 @@ impl Row {
             carve_relative,
             rest_relative,
             edit_relative,
-            optional(self.voxel_error),
-            self.voxels_compared.to_string(),
-            optional(self.image_error),
-            text(&self.own_definition),
-            optional(self.own_voxel_error),
-            optional(self.own_image_error),
-        ]
+        ])
+        .chain(voxels)
+        .chain(image)
+        .chain([text(&self.own_definition), optional(self.own_voxel_error), optional(self.own_image_error)])
+        .collect()
     }
 
     fn read(cells: &HashMap<&str, &str>) -> Result<Self, String> {
@@ -114,6 +134,24 @@ impl Row {
         let number = |name: &str| parse::<f64>(name, text(name)?);
         let optional = |name: &str| if text(name)?.is_empty() { Ok(None) } else { number(name).map(Some) };
         let owned = |name: &str| text(name).map(str::to_owned);
+        let quartiles = |kind: &str| {
+            Ok::<_, String>([
+                number(&format!("{kind}_quartile_1_ms"))?,
+                number(&format!("{kind}_quartile_3_ms"))?,
+            ])
+        };
+        let fit = |[count, rms, factor, fitted_rms, correlation]: [&str; 5]| {
+            if text(rms)?.is_empty() {
+                return Ok::<_, String>(None);
+            }
+            Ok(Some(Fit {
+                count: parse(count, text(count)?)?,
+                rms: number(rms)?,
+                factor: number(factor)?,
+                fitted_rms: number(fitted_rms)?,
+                correlation: number(correlation)?,
+            }))
+        };
         Ok(Self {
             scene: owned("scene")?,
             voxels: parse_product("voxels", text("voxels")?)?,
@@ -125,14 +163,35 @@ impl Row {
             ms: [number("carve_ms")?, number("rest_ms")?, number("edit_ms")?],
             solid_ms: [number("solid_carve_ms")?, number("solid_rest_ms")?, number("solid_edit_ms")?],
             dense_ms: number("dense_lao_ms")?,
-            voxel_error: optional("voxel_rms")?,
-            voxels_compared: parse("voxels_compared", text("voxels_compared")?)?,
-            image_error: optional("image_rms")?,
+            quartiles_ms: [quartiles("carve")?, quartiles("rest")?, quartiles("edit")?],
+            voxels_fit: fit([
+                "voxels_compared",
+                "voxel_rms",
+                "voxel_factor",
+                "voxel_fitted_rms",
+                "voxel_correlation",
+            ])?,
+            image_fit: fit([
+                "colors_compared",
+                "image_rms",
+                "image_factor",
+                "image_fitted_rms",
+                "image_correlation",
+            ])?,
             own_definition: owned("own_definition")?,
             own_voxel_error: optional("own_voxel_rms")?,
             own_image_error: optional("own_image_rms")?,
         })
     }
+}
+
+/// Cells of errors; empty without errors.
+fn fit_cells(fit: Option<Fit>) -> [String; 5] {
+    fit.map_or_else(Default::default, |fit| {
+        let [rms, factor, fitted_rms, correlation] =
+            [fit.rms, fit.factor, fit.fitted_rms, fit.correlation].map(number);
+        [fit.count.to_string(), rms, factor, fitted_rms, correlation]
+    })
 }
 
 /// Writes rows as text: a comment that names the device, the columns' names, a line per row.

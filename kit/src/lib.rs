@@ -6,6 +6,7 @@ pub mod budget;
 pub mod carver;
 pub mod chart;
 pub mod device;
+pub mod fit;
 pub mod font;
 pub mod framing;
 pub mod headless;

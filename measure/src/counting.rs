@@ -100,6 +100,8 @@ impl CountingScene {
         let [from, to] = recipe.ramp.map(|value| (low + f64::from(value) / 255.0 * (high - low)) as f32);
         let function = TransferFunction::ramp(from, to, recipe.opacity, BONE);
         let mut function = function.map_err(|error| error.to_string())?;
+        // Rays are those of the whole volume, however often it is halved.
+        let ray_step_mm = volume.spacing_mm().min_element();
         let volume = (0..halvings).fold(volume, |volume, _| volume.halved());
         // The unit of opacity is a step of one voxel.
         let step_mm = volume.spacing_mm().min_element();
@@ -113,7 +115,7 @@ impl CountingScene {
             occlusion: AmbientOcclusion::by(OcclusionRays {
                 pattern: RayPattern::Rubik54,
                 steps: recipe.steps,
-                step_mm: Some(step_mm),
+                step_mm: Some(ray_step_mm),
                 ..default()
             }),
             shading: published_look(),

@@ -6,7 +6,7 @@ use bevy_contextual_ao::{
         SPAN_RANGES,
     },
     occlusion::{
-        DirectOcclusion, OcclusionFiltering, OcclusionRays, OcclusionSweeping, ScreenSpaceOcclusion,
+        DirectionalOcclusion, OcclusionFiltering, OcclusionRays, OcclusionSweeping, ScreenSpaceOcclusion,
     },
 };
 use serde_json::{Value, json};
@@ -26,7 +26,7 @@ pub const SPANS: [&str; 14] = [
     OcclusionSweeping::SPAN,
     OcclusionFiltering::SPAN,
     ScreenSpaceOcclusion::SPAN,
-    DirectOcclusion::SPAN,
+    DirectionalOcclusion::SPAN,
 ];
 
 /// Milliseconds of one frame, or medians of several.
@@ -88,14 +88,20 @@ impl FrameTimes {
 }
 
 /// Median: the middle value, or the mean of the middle two; 0 without values.
-pub fn median(mut values: Vec<f64>) -> f64 {
+pub fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// Value below which a share of the values lie, linear between neighbours; 0 without values.
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => 0.0,
-        length if length % 2 == 1 => values[middle],
-        _ => (values[middle - 1] + values[middle]) / 2.0,
-    }
+    let Some(last) = values.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let place = share * last as f64;
+    let low = place.floor() as usize;
+    let high = (low + 1).min(last);
+    values[low] + (place - low as f64) * (values[high] - values[low])
 }
 
 /// `of` divided by `by`.

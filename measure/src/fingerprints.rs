@@ -22,7 +22,7 @@ struct Setup {
 }
 
 fn setups() -> Vec<Setup> {
-    use OcclusionMethod::{Direct, Filtering, Progressive, Rays, ScreenSpace, Sweeping};
+    use OcclusionMethod::{Directional, Filtering, Progressive, Rays, ScreenSpace, Sweeping};
     let setup = |name, method| Setup { name, occlusion: AmbientOcclusion::by(method) };
     let sweeping =
         |surface, geometry_term| Sweeping(OcclusionSweeping { surface, geometry_term, ..default() });
@@ -45,7 +45,7 @@ fn setups() -> Vec<Setup> {
         setup("filtering_variance", filtering(DensityEstimate::Power, OpacityModulation::Variance(0.05))),
         setup("filtering_gaussian", filtering(DensityEstimate::Gaussian, OpacityModulation::None)),
         setup("screen_space", ScreenSpace(default())),
-        setup("direct", Direct(default())),
+        setup("directional", Directional(default())),
     ];
     let half = OcclusionRays { resolution: OcclusionResolution::Half, ..FEW_RAYS };
     all.push(setup("rays_half", Rays(half)));

@@ -12,6 +12,7 @@ mod filtering;
 mod fingerprints;
 mod gallery;
 mod isosurface;
+mod motion;
 mod parts;
 mod picture;
 mod published;
@@ -21,6 +22,7 @@ mod stage;
 mod sweeping;
 mod tables;
 mod times;
+mod truths;
 
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
@@ -121,6 +123,13 @@ struct Instead {
     /// estimates. The volumes are CT of a head and of a torso.
     #[arg(long)]
     filtering: bool,
+    /// Error of progressive rays while a carver moves: CT of an engine.
+    #[arg(long)]
+    motion: bool,
+    /// Errors of sweeping an isosurface and of directional occlusion shading against their own definitions, by Monte
+    /// Carlo on the CPU: CT of an engine and of a head.
+    #[arg(long)]
+    truths: bool,
     /// Speed against accuracy of every occlusion method (35 minutes on a software driver, 10 with --quick). Writes
     /// chart.csv, and charts of carve frames, frames at rest and frames after an edit of the transfer function.
     #[arg(long)]
@@ -184,6 +193,10 @@ fn main() -> Result<(), String> {
         tables::run(&options)
     } else if instead.filtering {
         filtering::run(&options)
+    } else if instead.motion {
+        motion::run(&options)
+    } else if instead.truths {
+        truths::run(&options)
     } else if instead.chart {
         chart::run(&options)
     } else if let Some(file) = &instead.plot {

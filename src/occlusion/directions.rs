@@ -210,8 +210,11 @@ mod tests {
     #[test]
     fn no_two_rays_are_jittered_alike() {
         for regular in [neighbours(&[1]), neighbours(&[1, 3]), neighbours(&[1, 2, 3]), rubik_faces()] {
-            let turned: Vec<_> =
-                jittered(regular.clone()).into_iter().zip(&regular).map(|(ray, regular)| ray - regular).collect();
+            let turned: Vec<_> = jittered(regular.clone())
+                .into_iter()
+                .zip(&regular)
+                .map(|(ray, regular)| ray - regular)
+                .collect();
             for (k, offset) in turned.iter().enumerate() {
                 assert!(offset.length() < 0.0301, "at most 1.7 degrees");
                 assert!(turned[..k].iter().all(|other| other.distance(*offset) > 1e-3), "{offset}");

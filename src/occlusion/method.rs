@@ -5,7 +5,7 @@ use core::any::Any;
 
 use super::{CustomMethod, MethodKind, MethodSettings, OcclusionFallback, OcclusionRays, ProgressiveRays};
 #[cfg(feature = "other_methods")]
-use super::{DirectOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
+use super::{DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
 
 /// A method of computing ambient occlusion. All methods see the carved volume; `docs/methods.md` says what each is good
 /// for and where it fails.
@@ -26,9 +26,9 @@ pub enum OcclusionMethod {
     /// Screen-space ambient occlusion of the first surface that a view sees.
     #[cfg(feature = "other_methods")]
     ScreenSpace(ScreenSpaceOcclusion),
-    /// Direct occlusion shading: light from a cone around the viewer.
+    /// Directional occlusion shading: light from a cone around the viewer.
     #[cfg(feature = "other_methods")]
-    Direct(DirectOcclusion),
+    Directional(DirectionalOcclusion),
     /// A method that another plugin brings ([`OcclusionMethod::custom`]).
     Custom(CustomMethod),
 }
@@ -60,7 +60,7 @@ from_settings! {
     #[cfg(feature = "other_methods")]
     ScreenSpace(ScreenSpaceOcclusion);
     #[cfg(feature = "other_methods")]
-    Direct(DirectOcclusion);
+    Directional(DirectionalOcclusion);
     Custom(CustomMethod);
 }
 
@@ -79,7 +79,7 @@ impl OcclusionMethod {
             #[cfg(feature = "other_methods")]
             Self::ScreenSpace(default()),
             #[cfg(feature = "other_methods")]
-            Self::Direct(default()),
+            Self::Directional(default()),
         ]
     }
 
@@ -100,7 +100,7 @@ impl OcclusionMethod {
             #[cfg(feature = "other_methods")]
             Self::ScreenSpace(settings) => settings,
             #[cfg(feature = "other_methods")]
-            Self::Direct(settings) => settings,
+            Self::Directional(settings) => settings,
             Self::Custom(custom) => custom.settings(),
         }
     }
@@ -149,7 +149,7 @@ impl OcclusionMethod {
             #[cfg(feature = "other_methods")]
             Self::ScreenSpace(settings) => Self::ScreenSpace(settings.clamped()),
             #[cfg(feature = "other_methods")]
-            Self::Direct(settings) => Self::Direct(settings.clamped()),
+            Self::Directional(settings) => Self::Directional(settings.clamped()),
             Self::Custom(_) => self.clone(),
         }
     }

@@ -3,7 +3,7 @@
 mod cast_budget;
 mod custom;
 #[cfg(feature = "other_methods")]
-mod direct;
+mod directional;
 mod directions;
 #[cfg(feature = "other_methods")]
 mod filtering;
@@ -35,7 +35,7 @@ use bevy::{camera::CameraUpdateSystems, ecs::component::RequiredComponentsError,
 pub use cast_budget::CastBudget;
 pub use custom::CustomMethod;
 #[cfg(feature = "other_methods")]
-pub use direct::DirectOcclusion;
+pub use directional::DirectionalOcclusion;
 pub use directions::{RayDirection, RayPattern, fibonacci_direction};
 #[cfg(feature = "other_methods")]
 pub use filtering::{DensityEstimate, DensitySource, OcclusionFiltering, OpacityModulation};
@@ -49,7 +49,7 @@ pub use progressive::ProgressiveRays;
 pub use quality::Quality;
 pub use rays::{OcclusionRays, OcclusionResolution};
 #[cfg(feature = "other_methods")]
-pub use screen_space::ScreenSpaceOcclusion;
+pub use screen_space::{ScreenSpaceBlur, ScreenSpaceOcclusion};
 pub use settings::{AmbientOcclusion, Recompute, VoxelOpacities};
 pub use shading::{AmbientScale, Reconstruction, VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};

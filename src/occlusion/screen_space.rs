@@ -29,8 +29,8 @@ pub struct ScreenSpaceOcclusion {
     /// Points tested around each pixel, at most [`Self::MAX_SAMPLES`]. More points cost proportionally more time
     /// and show less noise.
     pub samples: u32,
-    /// Whether the noise is blurred, over 4 x 4 pixels.
-    pub blur: bool,
+    /// How the noise is blurred.
+    pub blur: ScreenSpaceBlur,
 }
 
 impl ScreenSpaceOcclusion {
@@ -90,8 +90,23 @@ impl MethodSettings for ScreenSpaceOcclusion {
 
 impl Default for ScreenSpaceOcclusion {
     fn default() -> Self {
-        Self { opacity_threshold: 0.5, radius_mm: None, bias_mm: None, samples: 32, blur: true }
+        Self { opacity_threshold: 0.5, radius_mm: None, bias_mm: None, samples: 32, blur: default() }
     }
+}
+
+/// Blur of screen-space occlusion.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
+pub enum ScreenSpaceBlur {
+    /// No blur: the pattern of the points shows.
+    None,
+    /// VTK's: a Gaussian over 3 x 3 pixels, which darkens across outlines. The pattern of the points shows less.
+    Gaussian,
+    /// The mean over the 4 x 4 pixels that have all turns of the points. It leaves out pixels farther away than the
+    /// radius, so that outlines stay sharp.
+    #[default]
+    Even,
 }
 
 #[cfg(test)]
@@ -115,7 +130,7 @@ mod tests {
                 radius_mm: Some(value),
                 bias_mm: Some(value),
                 samples: u32::MAX,
-                blur: true,
+                blur: default(),
             };
             let clamped = settings.clamped();
             let lengths = [clamped.radius_mm, clamped.bias_mm];

@@ -97,7 +97,7 @@ pub enum AmbientScale {
 /// Interpolation of intensities between voxels, for the pictures of volumes. The occlusion of a voxel is the same by all
 /// filters, and so are the normals of surfaces: they come from the cubic B-spline.
 ///
-/// Screen-space and direct occlusion draw by trilinear intensities alone.
+/// Screen-space and directional occlusion draw by trilinear intensities alone.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]

@@ -116,6 +116,7 @@ pub struct SweepDistancesAlone(pub bool);
 #[non_exhaustive]
 pub enum SweepingSurface {
     /// The opacity of every voxel, over the mean of the three spacings: light takes as many steps along each axis.
+    /// Ways along the axes are 1.5 times as long as straight ones, and the opacity is lower by as much.
     #[default]
     Opacity,
     /// The surface at an intensity, in the file's units, as in the paper. The same sweeps find its signed distance
@@ -148,6 +149,7 @@ pub enum GeometryTerm {
     /// By the cosine, integrated over the octant (equation 5), at every drawn sample. Costs eight bytes a voxel, and
     /// a gradient for every sample.
     Cosine,
-    /// By the cosine on both sides of a surface (section 4.2), for translucency.
+    /// By the cosine on both sides of a surface (section 4.2), for translucency. Light from all around is 1, as with
+    /// one side: a lit side is half as bright, so that light from behind shows how thick the matter is.
     BothSides,
 }

@@ -262,6 +262,7 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (FILTERING, "ESTIMATE_CHEBYSHEV", DensityEstimate::Chebyshev as u32),
         (FILTERING, "ESTIMATE_POWER", DensityEstimate::Power as u32),
         (FILTERING, "ESTIMATE_GAUSSIAN", DensityEstimate::Gaussian as u32),
+        (FILTERING, "ESTIMATE_CHEBYSHEV_OPEN", DensityEstimate::ChebyshevOpen as u32),
     ] {
         let line = format!("const {name}: u32 = {value}u;");
         assert!(shader.contains(&line), "`{line}` is not in the shader");

@@ -12,7 +12,7 @@ pub struct VolumeBudget {
     ///
     /// A volume takes 3.8 bytes a voxel if it has 8 bits, 4.8 if it has 16. A device that cannot store single bytes
     /// takes 6 more. The volume's [`OcclusionMethod`](crate::occlusion::OcclusionMethod) adds its own bytes. Buffers
-    /// that screen-space and direct occlusion keep for each view go by its pixels and are not counted. Nor is the table of
+    /// that screen-space and directional occlusion keep for each view go by its pixels and are not counted. Nor is the table of
     /// a transfer function that follows the gradient, 6 MB.
     ///
     /// A volume beyond the budget is refused or halved. A method beyond it leaves a volume without occlusion. Carvers

@@ -1,6 +1,9 @@
 //! Rows of charts and their Pareto front (`measure --chart`).
 
-use contextual_ao_kit::chart::{Row, from_csv, pareto_front, rms, to_csv};
+use contextual_ao_kit::{
+    chart::{Row, from_csv, pareto_front, rms, to_csv},
+    fit::Fit,
+};
 
 fn row() -> Row {
     Row {
@@ -12,11 +15,17 @@ fn row() -> Row {
         light: "all around".into(),
         frames: 7,
         ms: [1.5, 0.25, 1234.0],
+        quartiles_ms: [[1.25, 2.0], [0.125, 0.5], [1000.0, 1500.0]],
         solid_ms: [1.0, 0.125, 2.0],
         dense_ms: 2000.0,
-        voxel_error: Some(0.015625),
-        voxels_compared: 12_345,
-        image_error: Some(0.5),
+        voxels_fit: Some(Fit {
+            count: 12_345,
+            rms: 0.015625,
+            factor: 2.0,
+            fitted_rms: 0.125,
+            correlation: 0.75,
+        }),
+        image_fit: Some(Fit { count: 3, rms: 0.5, factor: 1.0, fitted_rms: 0.5, correlation: -0.5 }),
         own_definition: String::new(),
         own_voxel_error: None,
         own_image_error: None,
@@ -25,7 +34,7 @@ fn row() -> Row {
 
 #[test]
 fn rows_come_back_from_text() {
-    let of_image = Row { voxel_error: None, own_image_error: Some(0.25), ..row() };
+    let of_image = Row { voxels_fit: None, own_image_error: Some(0.25), ..row() };
     let rows = vec![row(), of_image];
     let csv = to_csv(&rows, "a device, its driver");
     assert_eq!(from_csv(&csv), Ok((rows, "a device, its driver".to_owned())));

@@ -14,8 +14,12 @@ use crate::{
     scene::{TestScene, folded_volume, is_empty, opaque_ramp, solid_volume, translucent_ramp, volume_from},
 };
 
-const ESTIMATES: [DensityEstimate; 3] =
-    [DensityEstimate::Chebyshev, DensityEstimate::Power, DensityEstimate::Gaussian];
+const ESTIMATES: [DensityEstimate; 4] = [
+    DensityEstimate::Chebyshev,
+    DensityEstimate::ChebyshevOpen,
+    DensityEstimate::Power,
+    DensityEstimate::Gaussian,
+];
 /// Lower limit of variances; smaller ones are not told apart (`estimate.wgsl`).
 const LEAST_VARIANCE: f64 = 4.5 / (65_535.0 * 65_535.0);
 
@@ -76,7 +80,10 @@ impl Densities {
         let (above, variance) = (density - mean, variance.max(LEAST_VARIANCE));
         match estimate {
             DensityEstimate::Chebyshev if above <= 1e-12 => 0.0,
-            DensityEstimate::Chebyshev => 1.0 - variance / (variance + above * above),
+            DensityEstimate::ChebyshevOpen if above <= 1e-12 => 1.0,
+            DensityEstimate::Chebyshev | DensityEstimate::ChebyshevOpen => {
+                1.0 - variance / (variance + above * above)
+            }
             DensityEstimate::Gaussian => 0.5 * (1.0 + erf(above / (2.0 * variance).sqrt())),
             DensityEstimate::Power if density >= highest => 1.0,
             _ => {
@@ -150,8 +157,9 @@ fn check(scene: &mut TestScene, densities: &Densities, density: DensitySource, s
             let mean = expected.iter().sum::<f64>() / expected.len() as f64;
             println!("{estimate:?} {density:?} {radii}: mean {mean:.3}, largest error {error:.5}");
             assert!(error <= TOLERANCE, "{estimate:?} of {density:?} with {radii}: {error}");
-            // The shares are not all alike.
-            assert!(expected.iter().any(|share| (share - mean).abs() > 0.2));
+            // The shares are not all alike. In a very large box few voxels are above the mean, and all others are open.
+            let is_wide_open = estimate == DensityEstimate::ChebyshevOpen && radii.min_element() > 100;
+            assert!(is_wide_open || expected.iter().any(|share| (share - mean).abs() > 0.2));
         }
     }
 }
@@ -256,7 +264,7 @@ fn what_is_uniform_is_occluded_evenly() {
     let mut scene = scene(solid_volume(dimensions), function, false);
     let middle = (dimensions.element_product() / 2) as usize;
     // The box around the middle voxel is in the grid. If all intensities are the same, each is the lowest.
-    for (estimate, expected) in ESTIMATES.into_iter().zip([0, 255, 128]) {
+    for (estimate, expected) in ESTIMATES.into_iter().zip([0, 255, 255, 128]) {
         for density in [DensitySource::Opacity, DensitySource::Intensity] {
             let settings = OcclusionFiltering { estimate, density, radius_mm: Some(2.0), ..default() };
             assert_eq!(filter(&mut scene, settings)[middle], expected, "{estimate:?} {density:?}");

@@ -114,7 +114,8 @@ impl Light {
             let term = over_octant(octant, normal, sweeping.geometry_term);
             self.weights[octant] / most * self.visibilities[octant].at(voxel) * term
         });
-        (lit.sum::<f64>() / PI).clamp(0.0, 1.0).powf(f64::from(sweeping.gamma).recip())
+        let sides = if sweeping.geometry_term == GeometryTerm::BothSides { 2.0 } else { 1.0 };
+        (lit.sum::<f64>() / (sides * PI)).clamp(0.0, 1.0).powf(f64::from(sweeping.gamma).recip())
     }
 }
 

@@ -13,7 +13,10 @@ use bevy::{
     },
     shader::{Shader, ShaderCache, ShaderCacheError, ShaderCacheSource, ShaderDefVal, ValidateShader},
 };
-use bevy_contextual_ao::{occlusion::ScreenSpaceOcclusion, prelude::*};
+use bevy_contextual_ao::{
+    occlusion::{ScreenSpaceBlur, ScreenSpaceOcclusion},
+    prelude::*,
+};
 use contextual_ao_kit::mode::ShadingMode;
 use naga::{
     Module,
@@ -115,9 +118,9 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     scene.world().entity_mut(camera).insert(MotionVectorPrepass);
     for tonemapping in [Tonemapping::Reinhard, Tonemapping::TonyMcMapface, Tonemapping::None] {
         scene.world().entity_mut(camera).insert(tonemapping);
-        let blur = tonemapping != Tonemapping::None;
+        let blur = if tonemapping == Tonemapping::None { ScreenSpaceBlur::None } else { default() };
         let screen_space = ScreenSpaceOcclusion { blur, ..default() };
-        for method in [OcclusionMethod::ScreenSpace(screen_space), OcclusionMethod::Direct(default())] {
+        for method in [OcclusionMethod::ScreenSpace(screen_space), OcclusionMethod::Directional(default())] {
             scene.world().entity_mut(volume).insert(AmbientOcclusion::by(method));
             scene.headless.frames(3);
         }
@@ -130,8 +133,11 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     assert!(!outlines.is_empty(), "no outlines were shaded");
     let mut shaders = in_all_variants([drawn(&scene, "drawing/volume.wgsl"), outlines].concat());
     assert!(shaders.len() >= 4 * 24, "{} variants of drawing", shaders.len());
-    let others =
-        [("direct/composite.wgsl", 3), ("screen_space/darken.wgsl", 2), ("drawing/motion_vectors.wgsl", 1)];
+    let others = [
+        ("directional/composite.wgsl", 3),
+        ("screen_space/darken.wgsl", 2),
+        ("drawing/motion_vectors.wgsl", 1),
+    ];
     for (file, least) in others {
         let drawn = drawn(&scene, file);
         assert!(drawn.len() >= least, "{} variants of {file}", drawn.len());

@@ -31,7 +31,7 @@ const ROOMS: &[&[&str]] = &[
         "render::methods::sweeping",
         "render::methods::filtering",
         "render::methods::screen_space",
-        "render::methods::direct",
+        "render::methods::directional",
     ],
     &["render::plan"],
     &["render::encode"],
@@ -262,7 +262,7 @@ fn faults_are_found() {
     };
     assert!(faults(&imports(&[("render::plan", "render::methods::registry")])).is_empty());
     let other_way = [("render::methods::registry", "render::plan")];
-    let neighbours = [("render::methods::rays::cast", "render::methods::direct::slices")];
+    let neighbours = [("render::methods::rays::cast", "render::methods::directional::slices")];
     let circle = [("volume::fit", "volume::events"), ("volume::events", "volume::fit")];
     for wrong in [&other_way[..], &neighbours, &circle] {
         assert_eq!(faults(&imports(wrong)).len(), 1, "{wrong:?}");

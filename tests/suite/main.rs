@@ -21,7 +21,7 @@ mod components;
 mod coverage;
 mod custom_methods;
 mod cut_surfaces;
-mod direct;
+mod directional;
 mod drawing;
 mod exact;
 mod faults;

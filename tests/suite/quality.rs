@@ -117,9 +117,9 @@ fn presets_leave_what_is_not_quality() {
         assert_eq!(Quality::of(&shading, &occlusion), None);
         assert_eq!(quality.to_string().parse(), Ok(quality));
     }
-    let mut direct = AmbientOcclusion::by(DirectOcclusion::default());
+    let mut direct = AmbientOcclusion::by(DirectionalOcclusion::default());
     Quality::High.apply(&mut default(), &mut direct);
-    assert_eq!(direct, AmbientOcclusion::by(DirectOcclusion::default()), "a method without rays stays");
+    assert_eq!(direct, AmbientOcclusion::by(DirectionalOcclusion::default()), "a method without rays stays");
     assert!("best".parse::<Quality>().is_err_and(|error| error.contains("reference")));
 }
 

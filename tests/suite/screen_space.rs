@@ -9,7 +9,10 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{
-    diagnostics::TimePassesByClock, occlusion::ScreenSpaceOcclusion, prelude::*, volume::VolumeGeometry,
+    diagnostics::TimePassesByClock,
+    occlusion::{ScreenSpaceBlur, ScreenSpaceOcclusion},
+    prelude::*,
+    volume::VolumeGeometry,
 };
 use contextual_ao_kit::mode::ShadingMode;
 
@@ -26,7 +29,7 @@ const SETTINGS: ScreenSpaceOcclusion = ScreenSpaceOcclusion {
     radius_mm: Some(20.0),
     bias_mm: Some(0.5),
     samples: 64,
-    blur: false,
+    blur: ScreenSpaceBlur::None,
 };
 
 /// A volume of blocks. Its voxels have 1 mm; the blocks end between voxels.
@@ -78,6 +81,40 @@ fn a_step_darkens_as_its_geometry_says() {
     let lens = Lens::Orthographic(0.4 * f64::from(IMAGE.y) / 2.0);
     let (compared, darkened) = Reference { blocks: &blocks, lens, settings: SETTINGS }.compare(&reds(&scene));
     assert!(compared > 1200 && darkened > 120, "{compared} pixels, {darkened} dark");
+}
+
+#[test]
+fn blurs_are_the_means_that_they_say() {
+    let [raw, gaussian, even] = [ScreenSpaceBlur::None, ScreenSpaceBlur::Gaussian, ScreenSpaceBlur::Even]
+        .map(|blur| {
+            let mut scene = scene(volume_of(&[SLAB, STEP]), ScreenSpaceOcclusion { blur, ..SETTINGS });
+            scene.settle();
+            reds(&scene)
+        });
+    let mut scene = scene(volume_of(&[SLAB, STEP]), SETTINGS);
+    scene.set_mode(ShadingMode::Solid);
+    scene.settle();
+    let whites = reds(&scene);
+    let at = |image: &[f64], pixel: IVec2| image[(pixel.y * IMAGE.x as i32 + pixel.x) as usize];
+    // VTK's weights, to four digits. All surfaces are nearer to each other than the radius.
+    let vtk = |offset: IVec2| [0.1953, 0.1233, 0.0778][offset.abs().element_sum() as usize];
+    let around = |first: i32, last: i32| {
+        (first..=last).flat_map(move |y| (first..=last).map(move |x| IVec2::new(x, y)))
+    };
+    let mut compared = 0;
+    for pixel in around(2, IMAGE.min_element() as i32 - 3) {
+        // Where a pixel is not quite white, its factor is not known.
+        if around(-2, 1).any(|offset| at(&whites, pixel + offset) < 0.999) {
+            continue;
+        }
+        let by_vtk: f64 = around(-1, 1).map(|offset| vtk(offset) * at(&raw, pixel + offset)).sum();
+        let by_mean = around(-2, 1).map(|offset| at(&raw, pixel + offset)).sum::<f64>() / 16.0;
+        // Two roundings to bytes, of at most 0.005 where they are brightest.
+        assert!((at(&gaussian, pixel) - by_vtk).abs() < 0.01, "{pixel}");
+        assert!((at(&even, pixel) - by_mean).abs() < 0.01, "{pixel}");
+        compared += 1;
+    }
+    assert!(compared > 1000 && raw != gaussian && raw != even, "{compared} pixels");
 }
 
 #[test]
@@ -137,7 +174,7 @@ fn of_several_volumes_the_nearest_counts() {
 
 #[test]
 fn a_carved_pocket_is_dark_and_leaves_no_trace() {
-    let settings = ScreenSpaceOcclusion { radius_mm: Some(12.0), blur: true, ..SETTINGS };
+    let settings = ScreenSpaceOcclusion { radius_mm: Some(12.0), blur: default(), ..SETTINGS };
     let mut scene = scene(volume_of(&[SLAB]), settings);
     let camera = scene.camera();
     scene.world().entity_mut(camera).insert(looking_from(DVec3::new(0.0, 0.0, 30.0)));
@@ -170,7 +207,7 @@ fn a_carved_pocket_is_dark_and_leaves_no_trace() {
 
 #[test]
 fn each_view_is_shaded_by_itself() {
-    let mut scene = scene(volume_of(&[SLAB, STEP]), ScreenSpaceOcclusion { blur: true, ..SETTINGS });
+    let mut scene = scene(volume_of(&[SLAB, STEP]), ScreenSpaceOcclusion { blur: default(), ..SETTINGS });
     let left = scene.camera();
     let half = UVec2::new(IMAGE.x / 2, IMAGE.y);
     let viewport =

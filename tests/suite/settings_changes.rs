@@ -75,7 +75,7 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
         AmbientOcclusion::by(sweeping),
         AmbientOcclusion::by(filtering),
         AmbientOcclusion::by(OcclusionMethod::ScreenSpace(default())),
-        AmbientOcclusion::by(OcclusionMethod::Direct(default())),
+        AmbientOcclusion::by(OcclusionMethod::Directional(default())),
         few_rays(),
     ];
     let headless = Headless::compiling_in_background(IMAGE, |_| {});

@@ -1,7 +1,7 @@
 //! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
 //! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`,
-//! `outlines` those of `drawing/outline_colors.wgsl`, `antialiasing` those of `drawing/motion_vectors.wgsl`. `direct` draws
-//! those of `direct/composite.wgsl`, which imports Bevy's shaders. `languages` writes them all.
+//! `outlines` those of `drawing/outline_colors.wgsl`, `antialiasing` those of `drawing/motion_vectors.wgsl`. `directional` draws
+//! those of `directional/composite.wgsl`, which imports Bevy's shaders. `languages` writes them all.
 
 use naga::{Binding, BuiltIn};
 use naga_oil::compose::{
@@ -83,7 +83,7 @@ const ENTRIES: [(&str, &str); 31] = sources![
     "methods/screen_space/opaque_surface.wgsl",
     "methods/screen_space/volume_surface.wgsl",
     "methods/screen_space/occlusion.wgsl",
-    "methods/direct/slices.wgsl",
+    "methods/directional/slices.wgsl",
     "methods/sweeping/isosurface.wgsl",
     "methods/sweeping/sweep.wgsl",
     "methods/sweeping/collect.wgsl",
@@ -91,7 +91,7 @@ const ENTRIES: [(&str, &str); 31] = sources![
 ];
 
 /// Shaders that import Bevy's shaders, and are drawn in tests.
-const DRAWN: [&str; 2] = ["methods/direct/composite.wgsl", "methods/screen_space/darken.wgsl"];
+const DRAWN: [&str; 2] = ["methods/directional/composite.wgsl", "methods/screen_space/darken.wgsl"];
 
 /// Definitions with which an entry is compiled, in all combinations.
 fn definitions_of(name: &str) -> &'static [&'static str] {
@@ -101,7 +101,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "carvers/dilate.wgsl" => &["REDUCE"],
         "clipping/clip.wgsl" => &["STORE_R8", "BY_GRADIENT"],
         "views/march.wgsl" => &["TRICUBIC", "BY_GRADIENT"],
-        "methods/direct/slices.wgsl" => &["MULTISAMPLED", "BY_GRADIENT"],
+        "methods/directional/slices.wgsl" => &["MULTISAMPLED", "BY_GRADIENT"],
         "clipping/static_distances.wgsl" => &["OCCUPY"],
         "clipping/distances.wgsl" => &["FIND_SEEN"],
         "methods/sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],

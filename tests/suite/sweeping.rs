@@ -159,7 +159,8 @@ impl Case {
         let opacities: Vec<f64> = scene.opacities().iter().map(|byte| f64::from(*byte) / 255.0).collect();
         let transmittance: Vec<f64> = match self.sweeping.surface {
             SweepingSurface::Opacity => {
-                let exponent = self.spacing.element_sum() / 3.0 / self.spacing.min_element();
+                // Ways along the axes are 1.5 times as long as straight ones.
+                let exponent = self.spacing.element_sum() / 3.0 / 1.5 / self.spacing.min_element();
                 opacities.iter().map(|opacity| (1.0 - opacity).powf(exponent)).collect()
             }
             surface => {
@@ -226,7 +227,7 @@ impl Case {
 #[test]
 fn opacities_stop_light_as_defined() {
     Case { is_carved: true, ..default() }.check();
-    let translucent = OcclusionSweeping { opacity: 0.3, gamma: 2.0, ..default() };
+    let translucent = OcclusionSweeping { opacity: 0.5, gamma: 2.0, ..default() };
     Case { function: translucent_ramp(), sweeping: translucent, ..default() }.check();
 }
 

@@ -9,11 +9,12 @@ use bevy_contextual_ao::{
 use contextual_ao_kit::mode::ShadingMode;
 
 use super::{
+    brightness::image_fit,
     definitions::Definitions,
     methods::{Own, Setting},
 };
 use crate::{directions::max_rays, stage::Stage};
-use contextual_ao_kit::{chart::rms, headless::voxel_at};
+use contextual_ao_kit::{chart::rms, fit::Fit, headless::voxel_at};
 
 /// Number of frames whose errors are taken. Each follows a step of the carver, whose last step leads to its start.
 /// Only settings that lag behind differ from frame to frame.
@@ -22,9 +23,8 @@ const STEPS: u32 = 2;
 /// Root mean square errors of a setting, of a range from 0 to 1.
 #[derive(Clone, Default)]
 pub struct Errors {
-    pub voxels: Option<f64>,
-    pub voxels_compared: u64,
-    pub image: Option<f64>,
+    pub voxels: Option<Fit>,
+    pub image: Option<Fit>,
     pub own_definition: String,
     pub own_voxels: Option<f64>,
     pub own_image: Option<f64>,
@@ -47,6 +47,8 @@ pub struct Accuracy {
     finely_drawn: Option<Vec<Shot>>,
     true_rays: OcclusionRays,
     definitions: Definitions,
+    /// Pixels that show the object, as `truths`.
+    objects: Vec<Vec<bool>>,
     /// Light through the whole volume, once it is known.
     whole_volume: Option<Vec<f64>>,
     /// Images of methods with their best settings.
@@ -62,6 +64,7 @@ impl Accuracy {
         let rays = OcclusionRays { pattern: RayPattern::Fibonacci(true_rays), ..stage.rays() };
         let occlusion = AmbientOcclusion::by(rays);
         // The first frame computes everything: it takes many times as long as all other frames.
+        let objects = objects(stage)?;
         stage.carve(STEPS - 1);
         let mut truths = vec![shot(stage, &occlusion)?];
         for step in (0..STEPS - 1).rev() {
@@ -76,6 +79,7 @@ impl Accuracy {
             finely_drawn: None,
             true_rays: rays,
             definitions,
+            objects,
             whole_volume: None,
             better: Vec::new(),
             known: Vec::new(),
@@ -98,19 +102,18 @@ impl Accuracy {
         if let Some((_, errors)) = self.known.iter().find(|(occlusion, _)| *occlusion == setting.occlusion) {
             return Ok(errors.clone());
         }
-        let found = shots(stage, &setting.occlusion, setting.frames_to_settle())?;
+        let found = shots(stage, &setting.occlusion, setting.frames_of_motion())?;
         let mut errors = Errors::default();
         if setting.occlusion.sky == Sky::default() {
-            (errors.voxels, errors.voxels_compared) = voxel_error(&found, &self.truths);
-            errors.image = image_error(&found, &self.truths);
+            errors.voxels = voxels_fit(&found, &self.truths);
+            errors.image = self.image_fit(&found, &self.truths);
         } else {
-            let truth = [self.under_sky(stage, setting.occlusion.sky)?];
-            (errors.voxels, errors.voxels_compared) = voxel_error(&found[..1], truth);
-            errors.image = image_error(&found[..1], truth);
+            self.find_under_sky(stage, setting.occlusion.sky)?;
+            let truth = self.sky.as_ref().map(|(_, shot)| shot);
+            errors.voxels = voxels_fit(&found[..1], truth);
+            errors.image = self.image_fit(&found[..1], truth);
         }
-        if !setting.has_voxels() {
-            (errors.voxels, errors.voxels_compared) = (None, 0);
-        }
+        errors.voxels = errors.voxels.filter(|_| setting.has_voxels());
         self.add_own(stage, setting, &found, &mut errors)?;
         self.known.push((setting.occlusion.clone(), errors.clone()));
         Ok(errors)
@@ -133,20 +136,29 @@ impl Accuracy {
         stage.set_view_samples(Some(quality));
         let found = shots(stage, occlusion, 0)?;
         stage.set_view_samples(None);
-        let (voxels, voxels_compared) = voxel_error(&found, &truths);
-        let image = image_error(&found, &truths);
+        let (voxels, image) = (voxels_fit(&found, &truths), self.image_fit(&found, &truths));
         self.finely_drawn = Some(truths);
-        Ok(Errors { voxels, voxels_compared, image, ..default() })
+        Ok(Errors { voxels, image, ..default() })
     }
 
-    /// Shot of very many rays with another light.
-    fn under_sky(&mut self, stage: &mut Stage, sky: Sky) -> Result<&Shot, String> {
+    /// Casts very many rays with another light.
+    fn find_under_sky(&mut self, stage: &mut Stage, sky: Sky) -> Result<(), String> {
         if self.sky.as_ref().is_none_or(|(known, _)| *known != sky) {
             let occlusion = AmbientOcclusion { sky, ..AmbientOcclusion::by(self.true_rays) };
             stage.carve(0);
             self.sky = Some((sky, shot(stage, &occlusion)?));
         }
-        self.sky.as_ref().map(|(_, shot)| shot).ok_or_else(|| "there is no image".to_owned())
+        Ok(())
+    }
+
+    /// Errors over the colours of the object's pixels of all frames.
+    fn image_fit<'a>(&self, found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<Fit> {
+        let frames = found.iter().zip(truth).zip(&self.objects);
+        image_fit(frames.flat_map(|((found, truth), object)| {
+            let bytes = found.image.iter().zip(&truth.image).enumerate();
+            let of_object = bytes.filter(|(byte, _)| byte % 4 != 3 && object[byte / 4]);
+            of_object.map(|(_, (&found, &truth))| [found, truth])
+        }))
     }
 
     fn add_own(
@@ -162,8 +174,8 @@ impl Accuracy {
                 if let Some(&rays) = setting.occlusion.method.rays() {
                     let all = shots(stage, &AmbientOcclusion::by(rays), 0)?;
                     errors.own_definition = format!("{} in the same frame", rays.pattern);
-                    errors.own_voxels = voxel_error(found, &all).0;
-                    errors.own_image = image_error(found, &all);
+                    errors.own_voxels = voxels_fit(found, &all).map(|fit| fit.rms);
+                    errors.own_image = self.image_fit(found, &all).map(|fit| fit.rms);
                 }
             }
             Own::NotDenser => {
@@ -186,14 +198,16 @@ impl Accuracy {
             Own::Better(method) => {
                 let better = AmbientOcclusion { method: method.clone(), ..setting.occlusion.clone() };
                 errors.own_definition = "most samples".to_owned();
-                errors.own_image = image_error(&found[..1], [self.better_shot(stage, &better)?]);
+                let index = self.better_shot(stage, &better)?;
+                errors.own_image = self.image_fit(&found[..1], [&self.better[index].1]).map(|fit| fit.rms);
             }
         }
         Ok(())
     }
 
-    /// Shot with the best settings. It may take very long, and several settings have the same best settings.
-    fn better_shot(&mut self, stage: &mut Stage, better: &AmbientOcclusion) -> Result<&Shot, String> {
+    /// Number of the shot with the best settings. It may take very long, and several settings have the same best
+    /// settings.
+    fn better_shot(&mut self, stage: &mut Stage, better: &AmbientOcclusion) -> Result<usize, String> {
         let known = self.better.iter().position(|(occlusion, _)| occlusion == better);
         let index = match known {
             Some(index) => index,
@@ -203,7 +217,7 @@ impl Accuracy {
                 self.better.len() - 1
             }
         };
-        Ok(&self.better[index].1)
+        Ok(index)
     }
 
     /// Error against values of the voxels that were evaluated.
@@ -213,16 +227,33 @@ impl Accuracy {
     }
 }
 
-/// Renders the frames after steps of the carver, each from the state before. The last frame comes first.
-fn shots(stage: &mut Stage, occlusion: &AmbientOcclusion, settle: u32) -> Result<Vec<Shot>, String> {
-    stage.carve(STEPS);
+/// Renders the frames after steps of the carver, each from the state before. The last frame comes first. The carver has
+/// been moving to and fro for a number of frames before.
+fn shots(stage: &mut Stage, occlusion: &AmbientOcclusion, moving: u32) -> Result<Vec<Shot>, String> {
+    stage.carve(STEPS + moving);
     stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
-    stage.headless.frames(settle);
+    for step in (STEPS..STEPS + moving).rev() {
+        stage.carve(step);
+        stage.headless.frame();
+    }
     let mut shots = Vec::new();
     for step in (0..STEPS).rev() {
         shots.insert(0, step_shot(stage, step));
     }
     Ok(shots)
+}
+
+/// Pixels that show the object in the frames of the steps: those that differ from the background.
+fn objects(stage: &mut Stage) -> Result<Vec<Vec<bool>>, String> {
+    let occlusion = stage.occlusion();
+    stage.prepare_with(ShadingMode::Solid, occlusion)?;
+    let mut object = |step| {
+        stage.carve(step);
+        let image = stage.image();
+        let background = &image[..4];
+        image.chunks(4).map(|pixel| pixel != background).collect()
+    };
+    Ok((0..STEPS).map(&mut object).collect())
 }
 
 /// Renders the frame in which the carver takes a step.
@@ -285,16 +316,10 @@ fn half_at(voxel: UVec3, dimensions: UVec3, texels: &[u8], valid: &[bool]) -> Op
     })
 }
 
-/// Error over the voxels of all frames that the true images read.
-fn voxel_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> (Option<f64>, u64) {
+/// Errors over the voxels of all frames that the true images read.
+fn voxels_fit<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<Fit> {
     let pairs =
         found.iter().zip(truth).flat_map(|(found, truth)| found.occlusion.iter().zip(&truth.occlusion));
-    rms(pairs.filter_map(|(found, truth)| Some(f64::from((*found)?) - f64::from((*truth)?))))
-}
-
-/// Error over the colours of all pixels of all frames.
-fn image_error<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<f64> {
-    let bytes = found.iter().zip(truth).flat_map(|(found, truth)| found.image.iter().zip(&truth.image));
-    let colors = bytes.enumerate().filter(|(byte, _)| byte % 4 != 3);
-    rms(colors.map(|(_, (&found, &truth))| (f64::from(found) - f64::from(truth)) / 255.0)).0
+    let fit = Fit::of(pairs.filter_map(|(found, truth)| Some([f64::from((*found)?), f64::from((*truth)?)])));
+    (fit.count > 0).then_some(fit)
 }

@@ -4,8 +4,9 @@ use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DensitySource, DirectOcclusion, GeometryTerm, MethodSettings, OcclusionFiltering,
-        OcclusionSweeping, ProgressiveRays, ScreenSpaceOcclusion,
+        DensityEstimate, DensitySource, DirectionalOcclusion, GeometryTerm, MethodSettings,
+        OcclusionFiltering, OcclusionSweeping, ProgressiveRays, ScreenSpaceBlur, ScreenSpaceOcclusion,
+        SweepingSurface,
     },
     prelude::*,
     volume::VolumeGeometry,
@@ -54,6 +55,8 @@ pub struct SceneScale {
     pub geometry: VolumeGeometry,
     /// The highest opacity of a voxel.
     pub opacity: f32,
+    /// Intensity of the surface, if matter is opaque.
+    pub isovalue: Option<f32>,
 }
 
 impl SceneScale {
@@ -93,7 +96,7 @@ impl SceneScale {
         settings.extend(self.sweeping());
         settings.extend(self.filtering());
         settings.extend(self.screen_space());
-        settings.extend(self.direct());
+        settings.extend(self.directional());
         settings
     }
 
@@ -103,7 +106,8 @@ impl SceneScale {
             optimizations: Optimizations::NONE,
             ..self.of(DENSE.0, format!("LAO {}", short(pattern)), self.rays(pattern))
         };
-        PATTERNS.into_iter().map(dense)
+        // Other patterns have the errors of their contextual rows.
+        [RayPattern::Neighborhood6, RayPattern::Rubik54, RayPattern::default()].into_iter().map(dense)
     }
 
     fn contextual(&self) -> Vec<Setting> {
@@ -141,34 +145,45 @@ impl SceneScale {
         })
     }
 
-    fn progressive(&self) -> [Setting; 2] {
-        [1, 4].map(|rays_per_frame| {
+    fn progressive(&self) -> [Setting; 3] {
+        [(1, 1.0, ""), (4, 1.0, ""), (1, 0.0, " anew")].map(|(rays_per_frame, kept_on_change, note)| {
             let rays = OcclusionRays { pattern: default(), ..self.rays };
-            let settings = ProgressiveRays { rays, rays_per_frame, ..default() };
-            let label = format!("progr. {rays_per_frame}");
+            let settings = ProgressiveRays { rays, rays_per_frame, kept_on_change };
+            let label = format!("progr. {rays_per_frame}{note}");
             Setting { own: Own::AllRays, ..self.by("progressive rays", label, settings.into()) }
         })
     }
 
-    fn sweeping(&self) -> [Setting; 3] {
-        let by = |label: &str, geometry_term, gamma| {
-            let settings = OcclusionSweeping { geometry_term, gamma, ..default() };
+    fn sweeping(&self) -> Vec<Setting> {
+        let by = |label: &str, surface, geometry_term, gamma| {
+            let settings = OcclusionSweeping { surface, geometry_term, gamma, ..default() };
             let own = match geometry_term {
-                GeometryTerm::None => Own::WholeVolume,
+                GeometryTerm::None if surface == SweepingSurface::Opacity => Own::WholeVolume,
                 _ => Own::Rays,
             };
             Setting { own, ..self.by("sweeping", label, OcclusionMethod::Sweeping(settings)) }
         };
-        [
-            by("sweep", GeometryTerm::None, 1.0),
-            by("sweep γ2", GeometryTerm::None, 2.0),
-            by("sweep cos", GeometryTerm::Cosine, 1.0),
-        ]
+        let (opacity, none, cosine) = (SweepingSurface::Opacity, GeometryTerm::None, GeometryTerm::Cosine);
+        let mut settings = vec![
+            by("sweep", opacity, none, 1.0),
+            by("sweep γ2", opacity, none, 2.0),
+            by("sweep cos", opacity, cosine, 1.0),
+            by("sweep cos γ2", opacity, cosine, 2.0),
+        ];
+        // As published: an isosurface, with the geometry term and gamma 2, and without the term.
+        if let Some(surface) = self.isovalue.map(SweepingSurface::Isosurface) {
+            settings.extend([
+                by("sweep publ.", surface, cosine, 2.0),
+                by("sweep publ. no cos", surface, none, 2.0),
+            ]);
+        }
+        settings
     }
 
     fn filtering(&self) -> Vec<Setting> {
         let estimates = [
             ("Cheb.", DensityEstimate::Chebyshev, DensitySource::Intensity),
+            ("Cheb. open", DensityEstimate::ChebyshevOpen, DensitySource::Intensity),
             ("power", DensityEstimate::Power, DensitySource::Intensity),
             ("Gauss", DensityEstimate::Gaussian, DensitySource::Intensity),
             ("opac.", DensityEstimate::Power, DensitySource::Opacity),
@@ -196,24 +211,41 @@ impl SceneScale {
                 samples,
                 blur,
             };
-            let label = format!("SSAO {samples}{}", if blur { " blur" } else { "" });
-            let better = ScreenSpaceOcclusion { samples: 256, blur: false, ..settings };
+            let label = format!("SSAO {samples}{}", if blur == ScreenSpaceBlur::None { "" } else { " blur" });
+            let better = ScreenSpaceOcclusion { samples: 256, blur: ScreenSpaceBlur::None, ..settings };
             let own = Own::Better(OcclusionMethod::ScreenSpace(better));
             Setting { own, ..self.by("screen space", label, OcclusionMethod::ScreenSpace(settings)) }
         };
-        [(16, false), (16, true), (64, false), (64, true)].map(by).into()
+        let (none, even) = (ScreenSpaceBlur::None, ScreenSpaceBlur::Even);
+        let mut settings: Vec<_> = [(16, none), (16, even), (64, none), (64, even)].map(by).into();
+        // The settings that VTK's authors recommend, by the diagonal of the bounding box.
+        let size_mm = (self.geometry.dimensions.as_dvec3() * self.geometry.spacing_mm).length() as f32;
+        let recommended = ScreenSpaceOcclusion {
+            opacity_threshold: 0.5 * self.opacity,
+            radius_mm: Some(0.1 * size_mm),
+            bias_mm: Some(0.001 * size_mm),
+            samples: 128,
+            blur: ScreenSpaceBlur::Gaussian,
+        };
+        settings.push(self.by("screen space", "SSAO as VTK", OcclusionMethod::ScreenSpace(recommended)));
+        settings
     }
 
-    fn direct(&self) -> Vec<Setting> {
-        let by = |(samples, aperture_degrees)| {
-            let settings = DirectOcclusion { samples, aperture_degrees, ..default() };
-            let label = format!("DOS {samples}×{samples} {aperture_degrees}°");
-            let slice_voxels = 0.5 * settings.slice_voxels;
-            let better = DirectOcclusion { samples: 16, slice_voxels, exact_distance: true, ..settings };
-            let own = Own::Better(OcclusionMethod::Direct(better));
-            Setting { own, ..self.by("direct occlusion shading", label, OcclusionMethod::Direct(settings)) }
+    fn directional(&self) -> Vec<Setting> {
+        let by = |(samples, aperture_degrees, exact_distance)| {
+            let settings = DirectionalOcclusion { samples, aperture_degrees, exact_distance, ..default() };
+            let algorithm = if exact_distance { " alg. 2" } else { "" };
+            let label = format!("DOS {samples}×{samples} {aperture_degrees}°{algorithm}");
+            let better = DirectionalOcclusion { samples: 16, ..settings };
+            let own = Own::Better(OcclusionMethod::Directional(better));
+            Setting {
+                own,
+                ..self.by("directional occlusion shading", label, OcclusionMethod::Directional(settings))
+            }
         };
-        [(2, 60.0), (5, 60.0), (2, 80.0), (5, 80.0)].map(by).into()
+        [(2, 60.0, false), (5, 60.0, false), (2, 80.0, false), (5, 80.0, false), (5, 80.0, true)]
+            .map(by)
+            .into()
     }
 }
 
@@ -248,8 +280,8 @@ impl Setting {
         method.kind().is_of_voxels() && !of_octants(method) && self.mode.uses_occlusion()
     }
 
-    /// Number of frames after a change until nothing more is computed.
-    pub fn frames_to_settle(&self) -> u32 {
+    /// Number of frames of motion until errors are as they stay, and after a change until nothing more is computed.
+    pub fn frames_of_motion(&self) -> u32 {
         match self.occlusion.method {
             OcclusionMethod::Progressive(settings) => {
                 settings.rays.pattern.rays().div_ceil(settings.rays_per_frame.max(1))

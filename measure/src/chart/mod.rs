@@ -2,6 +2,7 @@
 //! ambient occlusion, errors with very many rays. Measuring writes rows; plotting reads rows only.
 
 mod accuracy;
+mod brightness;
 mod canvas;
 mod definitions;
 mod labels;
@@ -11,7 +12,7 @@ mod plot;
 pub mod scenes;
 mod timing;
 
-use bevy_contextual_ao::prelude::AmbientOcclusion;
+use bevy_contextual_ao::prelude::{AmbientOcclusion, TransferFunction};
 use contextual_ao_kit::mode::ShadingMode;
 use std::{fs, path::Path, time::Instant};
 
@@ -51,9 +52,12 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     let opacities = scene.transfer_function.iter().flat_map(|function| &function.points);
     let opacity = opacities.map(|point| point.opacity).fold(0.0, f32::max);
     let intensities = definitions::clipped_intensities(&scene.volume, scene.carvers.first());
+    // Translucent matter has no surface.
+    let isovalue =
+        scene.transfer_function.as_ref().filter(|_| opacity >= 1.0).and_then(TransferFunction::isovalue);
     let size = scenes::image_size(options);
     let mut stage = Stage::new(scene, size);
-    let scale = SceneScale { rays: stage.rays(), geometry: stage.scene.geometry, opacity };
+    let scale = SceneScale { rays: stage.rays(), geometry: stage.scene.geometry, opacity, isovalue };
     let settings = scale.settings();
     let name = stage.scene.name.clone();
 
@@ -83,11 +87,11 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
             light: setting.light().to_owned(),
             frames: timed_setting.frames,
             ms: timed_setting.ms,
+            quartiles_ms: timed_setting.quartiles_ms,
             solid_ms: timed[solid].ms,
             dense_ms: timed[dense].ms[0],
-            voxel_error: errors.voxels,
-            voxels_compared: errors.voxels_compared,
-            image_error: errors.image,
+            voxels_fit: errors.voxels,
+            image_fit: errors.image,
             own_definition: errors.own_definition,
             own_voxel_error: errors.own_voxels,
             own_image_error: errors.own_image,

@@ -29,6 +29,8 @@ pub struct LogAxis {
 pub struct Point {
     /// Time and error.
     pub at: [f64; 2],
+    /// Lower and upper quartile of the time.
+    pub quartiles: [f64; 2],
     pub label: String,
     pub color: RGBColor,
     pub shape: usize,
@@ -112,6 +114,10 @@ pub fn draw<DB: DrawingBackend<ErrorType: 'static>>(
         canvas.line(&front, FRONT, 3.0)?;
     }
     lines.extend(front.windows(2).map(|pair| [pair[0], pair[1]]));
+    for point in points {
+        let ends = point.quartiles.map(|time| place_of([time, point.at[1]]));
+        canvas.line(&ends, point.color, 1.5)?;
+    }
     let places: Vec<Vec2> = points.iter().map(|point| place_of(point.at)).collect();
     let sizes = points.iter().map(|point| Vec2::new(text_width(&point.label, LABEL) + 2.0, LABEL - 1.0));
     let labels: Vec<(Vec2, Vec2)> = places.iter().copied().zip(sizes).collect();

@@ -112,8 +112,12 @@ impl Chart<'_> {
         let gap = 76.0;
         let panel_height = 0.5 * (size.y - top - gap - 96.0);
         let errors: [(&str, fn(&Row) -> Option<f64>); 2] = [
-            ("RMS error of the occlusion of voxels, 0 to 1", |row| row.voxel_error),
-            ("RMS error of the image, 0 to 1", |row| row.image_error),
+            ("RMS error of the occlusion of voxels, 0 to 1, brightness fitted", |row| {
+                row.voxels_fit.map(|fit| fit.fitted_rms)
+            }),
+            ("RMS error of the object's pixels, 0 to 1, brightness fitted", |row| {
+                row.image_fit.map(|fit| fit.fitted_rms)
+            }),
         ];
         for (index, (title, error)) in errors.into_iter().enumerate() {
             let top = top + index as f32 * (panel_height + gap);
@@ -139,6 +143,7 @@ impl Chart<'_> {
         let points = self.rows.iter().filter(|row| row.family != SOLID).filter_map(|row| {
             let style = families.iter().position(|family| *family == row.family)?;
             Some(Point {
+                quartiles: row.quartiles_ms[self.kind].map(|ms| ms / row.dense_ms),
                 at: [row.relative(self.kind), error(row)?.max(LEAST_ERROR)],
                 label: row.label.clone(),
                 color: COLORS[style % COLORS.len()],

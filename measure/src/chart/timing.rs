@@ -6,19 +6,20 @@ use contextual_ao_kit::mode::ShadingMode;
 use std::time::Instant;
 
 use super::methods::{DENSE, SOLID, Setting};
-use crate::{figures::median, stage::Stage};
+use crate::{figures::quantile, stage::Stage};
 
-/// Time for a setting. Slow settings are timed as often as fits into it, all at least once.
+/// Number of rounds in which all settings are timed, however long they take.
+const LEAST_ROUNDS: usize = 10;
+/// Time for a setting after these rounds.
 const SECONDS_PER_SETTING: f64 = 3.0;
-/// Number of rounds in which the unit of time is measured, however long they take.
-const DENSE_ROUNDS: usize = 3;
 /// Shift of the transfer function's first point, in the file's units.
 const EDIT: f32 = 0.01;
 
-/// Median milliseconds of all kinds of frames, and the number of frames behind each median.
+/// Median milliseconds of all kinds of frames with their quartiles, and the number of frames behind each median.
 #[derive(Clone, Copy)]
 pub struct Timed {
     pub ms: [f64; 3],
+    pub quartiles_ms: [[f64; 2]; 3],
     pub frames: u32,
 }
 
@@ -31,17 +32,18 @@ pub fn time(stage: &mut Stage, settings: &[Setting], rounds: u32) -> Result<Vec<
     for round in 0..rounds as usize {
         for (index, setting) in settings.iter().enumerate() {
             let a_visit = seconds[index] / visits[index].len().max(1) as f64;
-            let is_needed = round == 0 || setting.is_dense_unit() && round < DENSE_ROUNDS;
-            if is_needed || seconds[index] + a_visit <= SECONDS_PER_SETTING {
+            if round < LEAST_ROUNDS || seconds[index] + a_visit <= SECONDS_PER_SETTING {
                 let begin = Instant::now();
                 visits[index].push(visit(stage, setting)?);
                 seconds[index] += begin.elapsed().as_secs_f64();
             }
         }
     }
-    let medians = |visits: &Vec<[f64; 3]>| Timed {
-        ms: [0, 1, 2].map(|kind| median(visits.iter().map(|ms| ms[kind]).collect())),
-        frames: visits.len() as u32,
+    let medians = |visits: &Vec<[f64; 3]>| {
+        let of = |share| [0, 1, 2].map(|kind| quantile(visits.iter().map(|ms| ms[kind]).collect(), share));
+        let (lower, upper) = (of(0.25), of(0.75));
+        let quartiles_ms = [0, 1, 2].map(|kind| [lower[kind], upper[kind]]);
+        Timed { ms: of(0.5), quartiles_ms, frames: visits.len() as u32 }
     };
     stage.set_optimizations(Optimizations::default());
     stage.set_view_samples(None);
@@ -54,7 +56,7 @@ fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
     stage.carve(0);
     stage.set_view_samples(setting.view_samples);
     stage.prepare_with(setting.mode, setting.occlusion.clone())?;
-    stage.headless.frames(setting.frames_to_settle());
+    stage.headless.frames(setting.frames_of_motion());
     // A setting without optimizations casts all voxels in its first frame, and in every frame that prepares it.
     stage.set_optimizations(setting.optimizations);
     if setting.mode.recomputes_all() {
@@ -66,7 +68,7 @@ fn visit(stage: &mut Stage, setting: &Setting) -> Result<[f64; 3], String> {
     stage.headless.frame();
     stage.carve(2);
     let carve = stage.frame_ms();
-    stage.headless.frames(setting.frames_to_settle());
+    stage.headless.frames(setting.frames_of_motion());
     let rest = stage.frame_ms();
     stage.edit_transfer_function(EDIT);
     let edit = stage.frame_ms();

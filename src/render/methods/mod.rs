@@ -5,7 +5,7 @@
 //! add their passes to the schedule of a view.
 
 #[cfg(feature = "other_methods")]
-mod direct;
+mod directional;
 #[cfg(feature = "other_methods")]
 mod filtering;
 pub(super) mod pipelines;
@@ -33,14 +33,14 @@ impl Plugin for MethodPlugins {
             sweeping::SweepingPlugin,
             filtering::FilteringPlugin,
             screen_space::ScreenSpacePlugin,
-            direct::DirectOcclusionPlugin,
+            directional::DirectionalOcclusionPlugin,
         ));
     }
 }
 
 #[cfg(all(test, feature = "other_methods"))]
 pub(super) use {
-    direct::SlicingData,
+    directional::SlicingData,
     filtering::FilteringData,
     rays::kept::{Part, RayPassUniform},
     screen_space::uniform::{KernelUniform, ScreenSpaceUniform},

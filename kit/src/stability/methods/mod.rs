@@ -7,7 +7,7 @@ pub mod places;
 use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
-        DensityEstimate, DirectOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
+        DensityEstimate, DirectionalOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
         ProgressiveRays, ScreenSpaceOcclusion,
     },
     prelude::*,
@@ -55,7 +55,7 @@ pub fn columns() -> Vec<Column> {
                 ..default()
             }),
         ),
-        of("direct", OcclusionMethod::Direct(DirectOcclusion { samples: 5, ..default() })),
+        of("directional", OcclusionMethod::Directional(DirectionalOcclusion { samples: 5, ..default() })),
     ]
 }
 

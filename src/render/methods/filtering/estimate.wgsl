@@ -5,7 +5,7 @@
 #import bevy_contextual_ao::{
     bricks::{WIDTH, invocation_index},
     voxel_density::density_of,
-    voxel_lines::{ESTIMATE_CHEBYSHEV, ESTIMATE_POWER, filtering, number_of_voxels, voxel_at},
+    voxel_lines::{ESTIMATE_CHEBYSHEV, ESTIMATE_CHEBYSHEV_OPEN, ESTIMATE_POWER, filtering, number_of_voxels, voxel_at},
 }
 
 // Mean density, extrema and mean square, as `means` and `extrema` leave them. A quantity that the estimate does not
@@ -50,11 +50,11 @@ fn above_mean(density: u32, mean: u32) -> f32 {
 }
 
 // Penner and Mitchell 2008: Chebyshev's one-tailed inequality bounds the share of voxels that are as dense or denser.
-// At least the rest is less dense. Below the mean the inequality says nothing, and nothing is lit. That makes the dark
-// pictures that Ruiz et al. describe, although their section 4.1 calls such voxels not occluded.
-fn chebyshev(above: f32, variance: f32) -> f32 {
+// At least the rest is less dense. Below the mean the inequality says nothing. Without light there, pictures are dark, as
+// those of Ruiz et al. Their section 4.1 calls such voxels not occluded.
+fn chebyshev(above: f32, variance: f32, below_mean: f32) -> f32 {
     let squared = above * above;
-    return select(0.0, squared / (variance + squared), above > 0.0);
+    return select(below_mean, squared / (variance + squared), above > 0.0);
 }
 
 // Approximation of Winitzki 2008.
@@ -102,7 +102,9 @@ fn estimate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
         let above = above_mean(density, means[index]);
         let variance = max(variance_at(index), LEAST_VARIANCE);
         if filtering.estimate == ESTIMATE_CHEBYSHEV {
-            share = chebyshev(above, variance);
+            share = chebyshev(above, variance, 0.0);
+        } else if filtering.estimate == ESTIMATE_CHEBYSHEV_OPEN {
+            share = chebyshev(above, variance, 1.0);
         } else {
             share = gaussian(above, variance);
         }

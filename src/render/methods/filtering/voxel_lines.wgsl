@@ -24,6 +24,7 @@ struct Filtering {
 const ESTIMATE_CHEBYSHEV: u32 = 0u;
 const ESTIMATE_POWER: u32 = 1u;
 const ESTIMATE_GAUSSIAN: u32 = 2u;
+const ESTIMATE_CHEBYSHEV_OPEN: u32 = 3u;
 
 // Not a uniform (3 in docs/drivers.md).
 @group(1) @binding(1) var<storage, read> filtering: Filtering;

@@ -4,7 +4,8 @@ use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::render_resource::{
-        BindGroup, BindGroupEntry, Buffer, CommandEncoder, PipelineCache, ShaderStages, binding_types::storage_buffer_sized,
+        BindGroup, BindGroupEntry, Buffer, CommandEncoder, PipelineCache, ShaderStages,
+        binding_types::storage_buffer_sized,
     },
 };
 

@@ -4,8 +4,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer, TextureViewId,
-            UniformBuffer,
+            BindGroup, Buffer, BufferDescriptor, BufferId, BufferUsages, ShaderType, StorageBuffer,
+            TextureViewId, UniformBuffer,
         },
         renderer::RenderDevice,
     },
@@ -123,7 +123,7 @@ impl MethodResources for KeptRays {
     }
 
     fn is_complete(&self) -> bool {
-        !self.waiting.any && self.frames_left == 0
+        !self.waiting.any
     }
 }
 
@@ -148,7 +148,8 @@ impl KeptRays {
         let occlusion = volume.ambient_occlusion();
         if self.rays_for.as_ref() != Some(occlusion) {
             // Means of other rays would not settle: new ones are empty. Without progressive rays there are none.
-            let bytes = volume.settings::<ProgressiveRays>().map(|rays| rays.bytes(volume.dimensions()).total);
+            let bytes =
+                volume.settings::<ProgressiveRays>().map(|rays| rays.bytes(volume.dimensions()).total);
             self.running_means = bytes.map(|size| {
                 gpu.device.create_buffer(&BufferDescriptor {
                     label: Some("contextual_ao_running_means"),

@@ -20,7 +20,7 @@ use bevy::{
 };
 
 use super::uniform::ScreenSpaceUniform;
-use crate::render::gpu::render_pipelines::variants_are_ready;
+use crate::{occlusion::ScreenSpaceBlur, render::gpu::render_pipelines::variants_are_ready};
 
 /// The pipeline, and its bind group layout.
 #[derive(Resource)]
@@ -30,12 +30,23 @@ pub(crate) struct DarkenPipeline {
     shader: Handle<Shader>,
 }
 
+const BLURS: [ScreenSpaceBlur; 3] = [ScreenSpaceBlur::None, ScreenSpaceBlur::Gaussian, ScreenSpaceBlur::Even];
+
+/// Shader definition of a blur.
+fn definition(blur: ScreenSpaceBlur) -> Option<&'static str> {
+    match blur {
+        ScreenSpaceBlur::None => None,
+        ScreenSpaceBlur::Gaussian => Some("GAUSSIAN"),
+        ScreenSpaceBlur::Even => Some("EVEN"),
+    }
+}
+
 /// Key of a variant of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct DarkenKey {
     /// Format of the view's colours.
     pub format: TextureFormat,
-    pub blurs: bool,
+    pub blur: ScreenSpaceBlur,
 }
 
 impl FromWorld for DarkenPipeline {
@@ -77,7 +88,7 @@ impl SpecializedRenderPipeline for DarkenPipeline {
             vertex: self.vertex.clone(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
-                shader_defs: key.blurs.then(|| "BLUR".into()).into_iter().collect(),
+                shader_defs: definition(key.blur).map(Into::into).into_iter().collect(),
                 targets: vec![Some(target)],
                 ..default()
             }),
@@ -99,7 +110,7 @@ impl DarkenPipelines<'_, '_> {
     pub fn are_ready(&mut self, cache: &PipelineCache) -> bool {
         let Self { base, variants, views } = self;
         let formats = views.iter().map(ViewTarget::main_texture_format);
-        let keys = formats.flat_map(|format| [false, true].map(|blurs| DarkenKey { format, blurs }));
+        let keys = formats.flat_map(|format| BLURS.map(|blur| DarkenKey { format, blur }));
         variants_are_ready(&**base, variants, keys, cache)
     }
 }

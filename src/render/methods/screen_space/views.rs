@@ -145,7 +145,7 @@ impl JobParts<'_> {
         // Where settings of volumes differ, the view takes the largest.
         let settings = volumes.iter().map(|volume| volume.settings).reduce(|a, b| ScreenSpaceOcclusion {
             samples: a.samples.max(b.samples),
-            blur: a.blur || b.blur,
+            blur: a.blur.max(b.blur),
             ..a
         })?;
         let most = |length: fn(&SeenVolume) -> f32| volumes.iter().map(length).fold(0.0, f32::max);
@@ -195,7 +195,7 @@ impl JobParts<'_> {
             &cache.get_bind_group_layout(&self.darken.layout),
             &BindGroupEntries::sequential((view.clone(), &factors, last)),
         );
-        let key = DarkenKey { format, blurs: settings.blur };
+        let key = DarkenKey { format, blur: settings.blur };
         Some(ViewJob {
             viewport,
             size,

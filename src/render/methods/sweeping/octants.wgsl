@@ -37,7 +37,8 @@ fn octants_factor(visible: Octants, inward: vec3<f32>) -> f32 {
     let low = terms.low + volume.both_sides * terms.high.wzyx;
     let high = terms.high + volume.both_sides * terms.low.wzyx;
     let lit = dot(volume.low_octants * visible.low, low) + dot(volume.high_octants * visible.high, high);
-    let share = saturate(lit / PI);
+    // Over all directions the cosine's integral is pi on one side, and 2 pi on both.
+    let share = saturate(lit / (PI + PI * volume.both_sides));
     return select(0.0, pow(share, volume.occlusion_power), share > 0.0);
 }
 

@@ -167,6 +167,9 @@ impl SweepResources {
     }
 }
 
+/// Length of ways along the axes, over that of straight ways.
+const LATTICE_DETOUR: f64 = 1.5;
+
 /// Settings as shaders read them. `rescale` converts stored intensities to the file's units. The texture gives
 /// `largest_stored` as 1.
 fn uniform(
@@ -176,8 +179,9 @@ fn uniform(
 ) -> SweepingUniform {
     let spacing_mm = volume.geometry.spacing_mm;
     let step_mm = volume.occlusion.step_length_mm(&volume.geometry);
-    // Light takes equally many steps along each axis. On average a step crosses the mean of the spacings.
-    let voxel_mm = spacing_mm.element_sum() / 3.0;
+    // Light takes equally many steps along each axis. On average a step crosses the mean of the spacings. Steps along
+    // axes are longer than the straight way, by the mean of |x| + |y| + |z| over all directions.
+    let voxel_mm = spacing_mm.element_sum() / 3.0 / LATTICE_DETOUR;
     let side = rescale.slope.signum();
     let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
     let isovalue = settings.surface.isovalue().map_or(0.0, stored);

@@ -13,7 +13,7 @@ use bevy::{
 
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::DirectOcclusion,
+    occlusion::DirectionalOcclusion,
     render::gpu::textures::{TextureAndView, largest_storage_buffer, usage_of, usage_of_buffers},
 };
 
@@ -26,7 +26,7 @@ const GRAIN: u32 = 64;
 
 /// The buffers, while any view needs them.
 #[derive(Resource, Default)]
-pub(super) struct DirectBuffers(pub Option<Buffers>);
+pub(super) struct DirectionalBuffers(pub Option<Buffers>);
 
 /// Buffers large enough for the largest window.
 pub(super) struct Buffers {
@@ -35,11 +35,13 @@ pub(super) struct Buffers {
     pub eye: Buffer,
     /// Share of the light that reaches a slice, and the next slice.
     pub light: [TextureAndView; 2],
+    /// Whether all light passes through every tile of 8x8 pixels, of even and of odd slices.
+    pub lit_tiles: Buffer,
     /// The number of every slice.
     pub numbers: Buffer,
 }
 
-impl DirectBuffers {
+impl DirectionalBuffers {
     /// Makes buffers for windows of up to this size (pixels), and frees buffers of another size. `None` if there are no
     /// windows, or the device has no buffers that large.
     pub fn fit(&mut self, window: UVec2, device: &RenderDevice) -> Option<&Buffers> {
@@ -59,6 +61,11 @@ impl DirectBuffers {
 
 impl Buffers {
     fn new(size: UVec2, bytes: u64, device: &RenderDevice) -> Self {
+        let buffer = |label, size| {
+            let (label, usage) = (Some(label), BufferUsages::STORAGE);
+            device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation: false })
+        };
+        let tiles = (size + 2).map(|pixels| pixels.div_ceil(8));
         let light = |label| {
             let descriptor = TextureDescriptor {
                 label: Some(label),
@@ -72,18 +79,14 @@ impl Buffers {
             };
             TextureAndView::new(device, &descriptor, TextureViewDimension::D2)
         };
-        let mut numbers = vec![0u32; (DirectOcclusion::MAX_SLICES * NUMBER_STRIDE / 4) as usize];
+        let mut numbers = vec![0u32; (DirectionalOcclusion::MAX_SLICES * NUMBER_STRIDE / 4) as usize];
         for (number, place) in (0..).zip(numbers.iter_mut().step_by(NUMBER_STRIDE as usize / 4)) {
             *place = number;
         }
         Self {
             size,
-            eye: device.create_buffer(&BufferDescriptor {
-                label: Some("contextual_ao_eye"),
-                size: bytes,
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            }),
+            eye: buffer("contextual_ao_eye", bytes),
+            lit_tiles: buffer("contextual_ao_lit_tiles", 2 * 4 * u64::from(tiles.element_product())),
             light: ["contextual_ao_light_a", "contextual_ao_light_b"].map(light),
             numbers: device.create_buffer_with_data(&BufferInitDescriptor {
                 label: Some("contextual_ao_slice_numbers"),
@@ -95,6 +98,6 @@ impl Buffers {
 
     pub fn usage(&self) -> GpuUsage {
         let textures = self.light.iter().map(|light| &light.texture);
-        usage_of(textures) + usage_of_buffers([&self.eye, &self.numbers])
+        usage_of(textures) + usage_of_buffers([&self.eye, &self.lit_tiles, &self.numbers])
     }
 }

@@ -29,7 +29,7 @@ use crate::render::{
 
 /// Passes of views with one sample a pixel, and with several.
 #[derive(Resource)]
-pub(crate) struct DirectPasses {
+pub(crate) struct DirectionalPasses {
     single: ComputePass,
     multisampled: ComputePass,
     /// Layout of the number of a slice.
@@ -47,7 +47,7 @@ pub(super) struct SlicesJob {
     pub is_multisampled: bool,
 }
 
-impl FromWorld for DirectPasses {
+impl FromWorld for DirectionalPasses {
     fn from_world(world: &mut World) -> Self {
         let stages = ShaderStages::COMPUTE;
         let number_layout = BindGroupLayoutDescriptor::new(
@@ -66,10 +66,11 @@ impl FromWorld for DirectPasses {
                     texture_2d(TextureSampleType::Float { filterable: true }),
                     texture_storage_2d(LIGHT_FORMAT, StorageTextureAccess::WriteOnly),
                     depths,
+                    storage_buffer_sized(false, None),
                 ),
             );
             let descriptor = PassDescriptor {
-                name: "contextual_ao_direct",
+                name: "contextual_ao_directional",
                 shader: shader.clone(),
                 shader_defs: ["LIT", "BY_GRADIENT"]
                     .into_iter()
@@ -79,6 +80,7 @@ impl FromWorld for DirectPasses {
                 before: vec![lit_layout()],
                 own: &own,
                 behind: vec![number_layout.clone()],
+                zeroes_memory: true,
                 ..default()
             };
             ComputePass::new(world, descriptor)
@@ -87,7 +89,7 @@ impl FromWorld for DirectPasses {
     }
 }
 
-impl DirectPasses {
+impl DirectionalPasses {
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
         are_ready([&self.single, &self.multisampled], cache)
     }
@@ -108,7 +110,9 @@ impl DirectPasses {
         let [a, b] = &buffers.light;
         [(a, b), (b, a)].map(|(before, behind)| {
             let eye = buffers.eye.as_entire_binding();
-            let resources = (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths);
+            let lit_tiles = buffers.lit_tiles.as_entire_binding();
+            let resources =
+                (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths, lit_tiles);
             self.pass(is_multisampled).bind(resources, cache, device)
         })
     }

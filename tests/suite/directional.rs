@@ -1,4 +1,4 @@
-//! Direct occlusion shading against its definition, slice by slice in double precision. Also its drawing of carvers,
+//! Directional occlusion shading against its definition, slice by slice in double precision. Also its drawing of carvers,
 //! opaque meshes and several cameras.
 
 mod reference;
@@ -22,15 +22,15 @@ use reference::Reference;
 const BACKGROUND: LinearRgba = LinearRgba::rgb(0.3, 0.3, 0.3);
 
 /// Settings that are quick on a software driver.
-fn coarse() -> DirectOcclusion {
-    DirectOcclusion { slice_voxels: 1.0, ..default() }
+fn coarse() -> DirectionalOcclusion {
+    DirectionalOcclusion { slice_voxels: 1.0, ..default() }
 }
 
-fn occlusion(settings: DirectOcclusion) -> AmbientOcclusion {
+fn occlusion(settings: DirectionalOcclusion) -> AmbientOcclusion {
     AmbientOcclusion::by(settings)
 }
 
-fn scene(volume: Volume, function: TransferFunction, settings: DirectOcclusion) -> TestScene {
+fn scene(volume: Volume, function: TransferFunction, settings: DirectionalOcclusion) -> TestScene {
     TestScene::with(volume, function, occlusion(settings), ShadingMode::Cao, |app| {
         app.insert_resource(ClearColor(BACKGROUND.into()));
     })
@@ -54,7 +54,7 @@ fn linear(image: &[u8]) -> Vec<Vec3> {
         .collect()
 }
 
-fn check(projection: Projection, settings: DirectOcclusion, function: TransferFunction) {
+fn check(projection: Projection, settings: DirectionalOcclusion, function: TransferFunction) {
     let volume = folded_volume(UVec3::new(22, 19, 25), DVec3::new(1.0, 1.2, 0.9));
     let mut reference = Reference::new(&volume, &function, settings);
     let mut scene = scene(volume, function, settings);
@@ -88,11 +88,11 @@ fn a_perspective_view_is_as_defined() {
     let perspective =
         || Projection::Perspective(PerspectiveProjection { near: 0.001, fov: 0.6, ..default() });
     let settings =
-        DirectOcclusion { aperture_degrees: 60.0, samples: 3, slice_voxels: 1.0, exact_distance: false };
+        DirectionalOcclusion { aperture_degrees: 60.0, samples: 3, slice_voxels: 1.0, exact_distance: false };
     check(perspective(), settings, translucent_ramp());
     check(
         perspective(),
-        DirectOcclusion { exact_distance: true, samples: 4, ..settings },
+        DirectionalOcclusion { exact_distance: true, samples: 4, ..settings },
         translucent_ramp(),
     );
     // The near plane cuts the box.
@@ -103,9 +103,9 @@ fn a_perspective_view_is_as_defined() {
 #[test]
 fn an_orthographic_view_is_as_defined() {
     let settings =
-        DirectOcclusion { aperture_degrees: 75.0, samples: 2, slice_voxels: 0.7, exact_distance: true };
+        DirectionalOcclusion { aperture_degrees: 75.0, samples: 2, slice_voxels: 0.7, exact_distance: true };
     check(orthographic(), settings, translucent_ramp());
-    let settings = DirectOcclusion { samples: 5, exact_distance: false, ..settings };
+    let settings = DirectionalOcclusion { samples: 5, exact_distance: false, ..settings };
     check(orthographic(), settings, opaque_ramp().with_opacity(0.6));
 }
 
@@ -127,7 +127,7 @@ impl WithOpacity for TransferFunction {
 fn a_narrow_cone_sees_what_the_eye_sees() {
     // Light comes from the eye alone. A point seen through transmittance T gets the share T of the light. Slices of
     // opacity a and colour c therefore show sum(a T^2) c.
-    let narrow = DirectOcclusion { aperture_degrees: 0.0, ..coarse() };
+    let narrow = DirectionalOcclusion { aperture_degrees: 0.0, ..coarse() };
     let shade = |opacity: f32| {
         let function = TransferFunction::ramp(10.0, 11.0, opacity, [1.0; 3]).expect("a ramp");
         let mut scene = scene(solid_volume(UVec3::splat(16)), function, narrow);
@@ -151,7 +151,7 @@ fn a_narrow_cone_sees_what_the_eye_sees() {
 }
 
 /// A scene of a folded volume, and its image.
-fn shown(settings: DirectOcclusion) -> (TestScene, Vec<u8>) {
+fn shown(settings: DirectionalOcclusion) -> (TestScene, Vec<u8>) {
     let mut scene = scene(folded_volume(UVec3::splat(24), DVec3::ONE), opaque_ramp(), settings);
     scene.settle();
     scene.headless.frame();
@@ -185,14 +185,14 @@ fn a_carver_is_seen_at_once_and_leaves_no_trace() {
 #[test]
 fn other_modes_and_methods_are_drawn_as_ever() {
     let (mut scene, direct) = shown(coarse());
-    let jobs = scene.status().passes.jobs(DirectOcclusion::SPAN);
+    let jobs = scene.status().passes.jobs(DirectionalOcclusion::SPAN);
     assert!(jobs > 0, "the pass ran");
     scene.set_mode(ShadingMode::Solid);
     scene.headless.frames(2);
     let solid = scene.headless.image();
-    let jobs = scene.status().passes.jobs(DirectOcclusion::SPAN);
+    let jobs = scene.status().passes.jobs(DirectionalOcclusion::SPAN);
     scene.headless.frames(2);
-    assert_eq!(scene.status().passes.jobs(DirectOcclusion::SPAN), jobs, "nobody needs the pass");
+    assert_eq!(scene.status().passes.jobs(DirectionalOcclusion::SPAN), jobs, "nobody needs the pass");
     assert!(different(&solid, &direct) > 500);
     // Occlusion only darkens, and the silhouette stays. The outermost pixels are an exception: a ray may pass between
     // slices there.
@@ -378,7 +378,7 @@ fn cameras_and_volumes_share_buffers_but_nothing_else() {
 #[test]
 fn any_settings_are_survived() {
     let (mut scene, _) = shown(coarse());
-    let strange = |aperture_degrees, samples, slice_voxels| DirectOcclusion {
+    let strange = |aperture_degrees, samples, slice_voxels| DirectionalOcclusion {
         aperture_degrees,
         samples,
         slice_voxels,

@@ -1,4 +1,4 @@
-// Composites a volume shaded by direct occlusion over the image that the view has drawn so far.
+// Composites a volume shaded by directional occlusion over the image that the view has drawn so far.
 
 #import bevy_render::view::View
 #import bevy_contextual_ao::window::Window

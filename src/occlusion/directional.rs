@@ -1,4 +1,4 @@
-//! The settings of direct occlusion shading (Schott et al.: A Directional Occlusion Shading Model for
+//! The settings of directional occlusion shading (Schott et al.: A Directional Occlusion Shading Model for
 //! Interactive Direct Volume Rendering, 2009).
 
 use bevy::prelude::*;
@@ -17,9 +17,11 @@ use super::{MethodKind, MethodSettings};
 /// over each other by the distance of their centres, and under other translucent objects.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
-pub struct DirectOcclusion {
+pub struct DirectionalOcclusion {
     /// Angle between the cone's axis and its side, degrees, above 0 and below 90. Wider cones let more distant
-    /// structures occlude and need more samples.
+    /// structures occlude and need more samples. The angle is that from one slice to a slice a voxel behind it. Means of
+    /// means widen with the root of the distance: behind 20 voxels, 70 degrees act as 32. The distance of slices does not
+    /// matter.
     pub aperture_degrees: f32,
     /// Samples along each side of the grid over the cone's base, at most [`Self::MAX_SAMPLES`]. The grid has the
     /// square of this number. Few samples show as a pattern.
@@ -32,13 +34,13 @@ pub struct DirectOcclusion {
     pub exact_distance: bool,
 }
 
-impl DirectOcclusion {
+impl DirectionalOcclusion {
     /// Largest number of samples along each side of the grid.
     pub const MAX_SAMPLES: u32 = 16;
     /// Largest number of slices of a volume. A volume that needs more gets slices farther apart.
     pub const MAX_SLICES: u32 = 4096;
     /// Diagnostics span of the passes that shade and draw the volumes of all views.
-    pub const SPAN: &str = "contextual_ao/direct";
+    pub const SPAN: &str = "contextual_ao/directional";
 
     /// Limits these settings to their valid ranges, with the default in place of NaN.
     pub(crate) fn clamped(&self) -> Self {
@@ -53,9 +55,9 @@ impl DirectOcclusion {
     }
 }
 
-impl MethodSettings for DirectOcclusion {
+impl MethodSettings for DirectionalOcclusion {
     fn name(&self) -> &'static str {
-        "direct"
+        "directional"
     }
 
     fn kind(&self) -> MethodKind {
@@ -63,7 +65,7 @@ impl MethodSettings for DirectOcclusion {
     }
 }
 
-impl Default for DirectOcclusion {
+impl Default for DirectionalOcclusion {
     fn default() -> Self {
         Self { aperture_degrees: 70.0, samples: 3, slice_voxels: 0.5, exact_distance: false }
     }

@@ -1,4 +1,4 @@
-//! Direct occlusion shading. Every view that shows a volume with this method has passes that draw the volume in place
+//! Directional occlusion shading. Every view that shows a volume with this method has passes that draw the volume in place
 //! of slices along view rays.
 //!
 //! `slicing` (places of the slices) → `views` (volumes of each view, with bind groups) → `slices` (the pass over
@@ -29,16 +29,16 @@ pub(in crate::render) use slicing::SlicingData;
 
 use super::pipelines::{AskForPipelines, MethodPipelines, ViewPipelines, ask};
 use crate::{
-    occlusion::{DirectOcclusion, MethodSettings},
+    occlusion::{DirectionalOcclusion, MethodSettings},
     render::gpu::{device::DeviceSupport, formats::Formats, frame::are_timed_by_clock},
 };
 use composite::CompositePipelines;
-use slices::DirectPasses;
+use slices::DirectionalPasses;
 
 /// Adds the passes to the render world.
-pub(in crate::render) struct DirectOcclusionPlugin;
+pub(in crate::render) struct DirectionalOcclusionPlugin;
 
-impl Plugin for DirectOcclusionPlugin {
+impl Plugin for DirectionalOcclusionPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "slices.wgsl");
         embedded_asset!(app, "composite.wgsl");
@@ -46,14 +46,14 @@ impl Plugin for DirectOcclusionPlugin {
             return;
         };
         render_app
-            .init_gpu_resource::<views::DirectViews>()
-            .init_gpu_resource::<views::DirectUniforms>()
-            .init_gpu_resource::<buffers::DirectBuffers>()
+            .init_gpu_resource::<views::DirectionalViews>()
+            .init_gpu_resource::<views::DirectionalUniforms>()
+            .init_gpu_resource::<buffers::DirectionalBuffers>()
             .init_gpu_resource::<SpecializedRenderPipelines<composite::CompositePipeline>>()
             .add_systems(AskForPipelines, ask_for_pipelines.before(ask))
             .add_systems(
                 RenderStartup,
-                (init_gpu_resource::<DirectPasses>, init_gpu_resource::<composite::CompositePipeline>)
+                (init_gpu_resource::<DirectionalPasses>, init_gpu_resource::<composite::CompositePipeline>)
                     .after(init_gpu_resource::<Formats>)
                     .run_if(resource_exists::<DeviceSupport>),
             )
@@ -78,13 +78,13 @@ impl Plugin for DirectOcclusionPlugin {
 }
 
 fn ask_for_pipelines(
-    passes: Res<DirectPasses>,
+    passes: Res<DirectionalPasses>,
     mut composite: CompositePipelines,
     cache: Res<PipelineCache>,
     wanted: Res<MethodPipelines>,
     mut pipelines: ResMut<ViewPipelines>,
 ) {
-    let name = DirectOcclusion::default().name();
+    let name = DirectionalOcclusion::default().name();
     if wanted.wants(name) {
         pipelines.tell(name, passes.is_ready(&cache) & composite.are_ready(&cache));
     }

@@ -1,10 +1,14 @@
-// Direct occlusion shading (Schott et al. 2009): one slice of a volume, perpendicular to the view's axis, seen
+// Directional occlusion shading (Schott et al. 2009): one slice of a volume, perpendicular to the view's axis, seen
 // through every pixel of a window. Slices run front to back. One buffer accumulates the colour that the eye sees.
 // Another holds the share of the light of a cone towards the viewer that reaches a slice. Its mean over the base of
 // a cone from slice to slice, times this slice's transmittance, is the share of the next slice. These are equations
 // 10 to 15 and algorithms 1 to 3, with both buffers in one pass.
 //
-// A slice is sampled as drawing does: classified after interpolation, clipped at the sample point.
+// Successive means widen with the root of the depth, not with the depth as a cone does. The base has the paper's radius
+// for slices a voxel apart, and the root of the distance times that for others: the width does not depend on the distance.
+//
+// A slice is sampled as drawing does: classified after interpolation, clipped at the sample point. Tiles of 8x8 pixels
+// keep whether all their light passes. Where it does in all tiles around, the mean is 1, and an empty tile has nothing to do.
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
@@ -27,8 +31,9 @@ struct Slicing {
     slice_depth: f32,
     // Distance between slices in the volume, mm.
     slice_mm: f32,
-    // Radius of the cone's base, units of the view (equation 11).
+    // Radius of the base of a cone from slice to slice, units of the view (equation 11), and the slope of the cone's side.
     radius: f32,
+    cone_slope: f32,
     // Pixels per unit of the view, times clip w. Clip w is x * depth + y (equation 12).
     pixels: vec2<f32>,
     clip_w: vec2<f32>,
@@ -47,6 +52,8 @@ struct Slicing {
 // surrounds the window.
 @group(1) @binding(3) var light_before: texture_2d<f32>;
 @group(1) @binding(4) var light_behind: texture_storage_2d<rgba16float, write>;
+// Of every tile, 1 where all light reaches the next slice: of even slices, then of odd slices.
+@group(1) @binding(6) var<storage, read_write> lit_tiles: array<u32>;
 #ifdef MULTISAMPLED
 @group(1) @binding(5) var opaque_depths: texture_depth_multisampled_2d;
 #else
@@ -54,6 +61,12 @@ struct Slicing {
 #endif
 // Number of the slice.
 @group(2) @binding(0) var<storage, read> slice: u32;
+
+// Tiles around a tile that its invocations can look at.
+const MOST_REACH: u32 = 3u;
+// Not 0 where a tile around this one is dark, and where a pixel of this tile is not empty.
+var<workgroup> is_dark: atomic<u32>;
+var<workgroup> is_occupied: atomic<u32>;
 
 fn store_light(texel: vec2<u32>, light: f32) {
     // The first channel keeps as many digits as 16 bits hold.
@@ -89,17 +102,23 @@ fn opaque_depth(pixel: vec2<u32>) -> f32 {
     return select(-point.z / point.w, 1e30, depth <= 0.0);
 }
 
+// Radius of the cone's base at a depth, pixels.
+fn radius_at(depth: f32) -> vec2<f32> {
+    return slicing.radius * slicing.pixels / (slicing.clip_w.x * depth + slicing.clip_w.y);
+}
+
 // Share of the light that reaches the next slice, through a slice of some opacity. Samples are the points of a
 // grid that lie in the cone's base. `extent` is the size of the window with its ring.
-fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32) -> f32 {
-    let clip_w = slicing.clip_w.x * depth + slicing.clip_w.y;
-    let pixels_per_radius = slicing.radius * slicing.pixels / clip_w;
+fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32, is_lit: bool) -> f32 {
+    let pixels_per_radius = radius_at(depth);
     let texture_size = vec2<f32>(textureDimensions(light_before));
     let per_mm = volume.draw_exponent / volume.draw_step_mm;
-    let mm_per_unit = slicing.slice_mm / slicing.slice_depth;
     let thickness = 1.0 - correct_opacity(opacity, slicing.slice_mm * per_mm);
     var sum = 0.0;
     var count = 0.0;
+    if is_lit && (slicing.exact_distance == 0u || opacity <= 0.0) {
+        return thickness;
+    }
     for (var y = 0u; y < slicing.samples; y += 1u) {
         for (var x = 0u; x < slicing.samples; x += 1u) {
             let offset = (2.0 * vec2(f32(x), f32(y)) + 1.0) / f32(slicing.samples) - 1.0;
@@ -112,7 +131,7 @@ fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32) 
             let light = select(stored.r + stored.g, 1.0, slice == 0u);
             var transmittance = thickness;
             if slicing.exact_distance != 0u && opacity > 0.0 {
-                let way = length(vec3(offset * slicing.radius, slicing.slice_depth)) * mm_per_unit;
+                let way = length(vec3(offset * slicing.cone_slope, 1.0)) * slicing.slice_mm;
                 transmittance = 1.0 - correct_opacity(opacity, way * per_mm);
             }
             sum += light * transmittance;
@@ -122,44 +141,90 @@ fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32) 
     return sum / count;
 }
 
+// Number of tiles around a tile that the means of its pixels read.
+fn tiles_read(depth: f32) -> u32 {
+    let radius = radius_at(depth);
+    return u32(clamp(ceil((max(radius.x, radius.y) + 1.0) / 8.0), 1.0, 1e6));
+}
+
 @compute @workgroup_size(8, 8)
-fn slices(@builtin(global_invocation_id) id: vec3<u32>) {
+fn slices(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     let size = window.end - window.first;
     let texel = id.xy;
-    if any(texel >= size + 2u) {
-        return;
+    let depth = slicing.first_depth + f32(slice) * slicing.slice_depth;
+    let tiles = groups.x * groups.y;
+    let own_tile = tiles * (slice & 1u) + group.y * groups.x + group.x;
+    // Two slices ago, of this frame.
+    let was_lit = slice >= 2u && lit_tiles[own_tile] != 0u;
+    // Nothing is in front of the first slice.
+    let reach = tiles_read(depth);
+    let side = 2u * reach + 1u;
+    if slice > 0u && reach > MOST_REACH {
+        atomicStore(&is_dark, 1u);
+    } else if slice > 0u && lane < side * side {
+        let tile = vec2<i32>(group.xy) + vec2<i32>(vec2(lane % side, lane / side)) - i32(reach);
+        // Beyond the window is light.
+        if all(tile >= vec2(0)) && all(tile < vec2<i32>(groups.xy)) {
+            let index = u32(tile.y) * groups.x + u32(tile.x);
+            if lit_tiles[tiles * ((slice - 1u) & 1u) + index] == 0u {
+                atomicStore(&is_dark, 1u);
+            }
+        }
     }
-    if any(texel == vec2(0u)) || any(texel == size + 1u) {
-        store_light(texel, 1.0);
-        return;
-    }
+
+    let is_inside = all(texel > vec2(0u)) && all(texel < size + 1u);
     let place = texel - 1u;
     let pixel = window.first + place;
     let ray = view_ray(vec2<f32>(pixel) + 0.5, window, 0.0);
-    let depth = slicing.first_depth + f32(slice) * slicing.slice_depth;
     let depth_per_mm = dot(slicing.depth_from_local.xyz, ray.direction);
     let along_mm = (depth - dot(slicing.depth_from_local, vec4(ray.near, 1.0))) / depth_per_mm;
-    let sample = sample_at(ray, along_mm);
+    var sample = vec4(0.0);
+    if is_inside {
+        sample = sample_at(ray, along_mm);
+    }
+    if sample.a > 0.0 {
+        atomicStore(&is_occupied, 1u);
+    }
+    workgroupBarrier();
+    let is_lit = atomicLoad(&is_dark) == 0u;
+    let stays_lit = is_lit && atomicLoad(&is_occupied) == 0u;
+    if lane == 0u {
+        lit_tiles[own_tile] = u32(stays_lit);
+    }
 
     let index = place.y * size.x + place.x;
-    var light = 1.0;
-    var seen = vec4(0.0);
-    if slice > 0u {
-        let stored = textureLoad(light_before, texel, 0).rg;
-        light = stored.r + stored.g;
-        seen = eye[index];
+    if is_inside && slice == 0u {
+        eye[index] = vec4(0.0);
     }
-    if sample.a > 0.0 && seen.a < OPAQUE && depth < opaque_depth(pixel) {
-        let steps = slicing.slice_depth / depth_per_mm / volume.draw_step_mm;
-        let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
-        let p = ray.origin + along_mm * ray.velocity;
-        seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 0.0)), 1.0);
-        // The small remainder has the same colour, not the background's.
-        seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
-        eye[index] = seen;
-    } else if slice == 0u {
-        eye[index] = seen;
+    if any(texel >= size + 2u) || stays_lit && was_lit {
+        return;
     }
-
-    store_light(texel, light_through(vec2<f32>(texel) + 0.5, vec2<f32>(size + 2u), depth, sample.a));
+    if !is_inside {
+        store_light(texel, 1.0);
+        return;
+    }
+    if sample.a > 0.0 {
+        var light = 1.0;
+        var seen = vec4(0.0);
+        if slice > 0u {
+            let stored = textureLoad(light_before, texel, 0).rg;
+            light = stored.r + stored.g;
+            seen = eye[index];
+        }
+        if seen.a < OPAQUE && depth < opaque_depth(pixel) {
+            let steps = slicing.slice_depth / depth_per_mm / volume.draw_step_mm;
+            let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
+            let p = ray.origin + along_mm * ray.velocity;
+            seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 0.0)), 1.0);
+            // The small remainder has the same colour, not the background's.
+            seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
+            eye[index] = seen;
+        }
+    }
+    store_light(texel, light_through(vec2<f32>(texel) + 0.5, vec2<f32>(size + 2u), depth, sample.a, is_lit));
 }

@@ -7,7 +7,7 @@ use bevy::{
 };
 
 use crate::{
-    occlusion::DirectOcclusion,
+    occlusion::DirectionalOcclusion,
     render::{extract::ExtractedVolume, windows::WindowUniform},
     volume::VolumeGeometry,
 };
@@ -20,6 +20,7 @@ pub(crate) struct SlicingData {
     slice_depth: f32,
     slice_mm: f32,
     radius: f32,
+    cone_slope: f32,
     pixels: Vec2,
     clip_w: Vec2,
     samples: u32,
@@ -37,7 +38,11 @@ pub(super) struct Slicing {
 
 impl Slicing {
     /// Slices of a volume in a window. `None` if nothing is in front of the camera, or a number is not finite.
-    pub fn of(volume: &ExtractedVolume, settings: &DirectOcclusion, window: &WindowUniform) -> Option<Self> {
+    pub fn of(
+        volume: &ExtractedVolume,
+        settings: &DirectionalOcclusion,
+        window: &WindowUniform,
+    ) -> Option<Self> {
         let world_from_local = Mat4::from(volume.world_from_local).as_dmat4();
         Self::new(&volume.geometry, world_from_local, settings, window)
     }
@@ -45,7 +50,7 @@ impl Slicing {
     fn new(
         geometry: &VolumeGeometry,
         world_from_local: DMat4,
-        settings: &DirectOcclusion,
+        settings: &DirectionalOcclusion,
         window: &WindowUniform,
     ) -> Option<Self> {
         let view_from_clip = window.view_from_clip.as_dmat4();
@@ -59,8 +64,9 @@ impl Slicing {
         let begin = depths.into_iter().fold(f64::MAX, f64::min).max(-near.z / near.w);
         let end = depths.into_iter().fold(f64::MIN, f64::max);
         let depth_per_mm = depth_from_local.truncate().length();
-        let wanted = geometry.spacing_mm.min_element() * f64::from(settings.slice_voxels) * depth_per_mm;
-        let slice_depth = wanted.max((end - begin) / f64::from(DirectOcclusion::MAX_SLICES - 1));
+        let voxel_depth = geometry.spacing_mm.min_element() * depth_per_mm;
+        let wanted = voxel_depth * f64::from(settings.slice_voxels);
+        let slice_depth = wanted.max((end - begin) / f64::from(DirectionalOcclusion::MAX_SLICES - 1));
         // One slice goes through the volume's centre, so that a volume of any thickness has a slice. Slices thus keep
         // their places in the volume when the camera moves along its axis.
         let center_depth = depth(DVec3::ZERO);
@@ -77,13 +83,14 @@ impl Slicing {
                 first_depth: first_depth as f32,
                 slice_depth: slice_depth as f32,
                 slice_mm: (slice_depth / depth_per_mm) as f32,
-                radius: (slice_depth * aperture.tan()) as f32,
+                radius: (aperture.tan() * (slice_depth * voxel_depth).sqrt()) as f32,
+                cone_slope: aperture.tan() as f32,
                 pixels: (scale * half_size).as_vec2(),
                 clip_w: Vec2::new(-clip_from_view.z_axis.w as f32, clip_from_view.w_axis.w as f32),
                 samples: settings.samples,
                 exact_distance: settings.exact_distance.into(),
             },
-            count: (count as u32).min(DirectOcclusion::MAX_SLICES),
+            count: (count as u32).min(DirectionalOcclusion::MAX_SLICES),
             center_depth,
         })
     }
@@ -112,7 +119,7 @@ mod tests {
 
     #[test]
     fn slices_fill_the_volume_in_front_of_the_camera() {
-        let settings = DirectOcclusion { aperture_degrees: 45.0, slice_voxels: 2.0, ..default() };
+        let settings = DirectionalOcclusion { aperture_degrees: 45.0, slice_voxels: 2.0, ..default() };
         let geometry = geometry(UVec3::splat(20));
         let orthographic = Mat4::orthographic_rh(-20.0, 20.0, -10.0, 10.0, 200.0, 0.1);
         let slicing = |volume: DMat4, window| Slicing::new(&geometry, volume, &settings, &window);
@@ -120,7 +127,7 @@ mod tests {
         let SlicingData { first_depth, slice_depth, slice_mm, radius, pixels, clip_w, .. } = before.data;
         assert_eq!((first_depth, slice_depth, slice_mm, before.count), (90.0, 2.0, 2.0, 11));
         assert!(
-            (radius - 2.0).abs() < 1e-6 && pixels.abs_diff_eq(Vec2::splat(5.0), 1e-5),
+            (radius - 2f32.sqrt()).abs() < 1e-6 && pixels.abs_diff_eq(Vec2::splat(5.0), 1e-5),
             "{radius} {pixels}"
         );
         assert!(clip_w.abs_diff_eq(Vec2::Y, 1e-6));
@@ -136,14 +143,14 @@ mod tests {
     fn slices_are_bounded_and_at_least_one() {
         let window = window(Mat4::perspective_infinite_reverse_rh(1.0, 2.0, 0.1));
         let slicing = |dimensions, slice_voxels, scale| {
-            let settings = DirectOcclusion { slice_voxels, ..default() }.clamped();
+            let settings = DirectionalOcclusion { slice_voxels, ..default() }.clamped();
             let scale = DMat4::from_scale(DVec3::splat(scale));
             Slicing::new(&geometry(dimensions), scale, &settings, &window)
         };
         let count = |slicing: Option<Slicing>| slicing.map(|slicing| slicing.count);
         // The grid's second axis is the line of sight.
         let many = count(slicing(UVec3::new(1, 400, 1), 0.0, 0.1)).unwrap_or_default();
-        assert!((4000..=DirectOcclusion::MAX_SLICES).contains(&many), "{many} slices");
+        assert!((4000..=DirectionalOcclusion::MAX_SLICES).contains(&many), "{many} slices");
         assert_eq!(count(slicing(UVec3::new(9, 9, 9), f32::INFINITY, 1.0)), Some(1));
         assert!(count(slicing(UVec3::new(9, 9, 9), f32::NAN, 1.0)).is_some_and(|count| count >= 9));
         assert_eq!(slicing(UVec3::new(9, 9, 9), 1.0, f64::NAN), None);

@@ -1,11 +1,11 @@
-//! Direct occlusion shading by plain loops: slices, two light buffers in turn, one grid of samples.
+//! Directional occlusion shading by plain loops: slices, two light buffers in turn, one grid of samples.
 
 use bevy::{
     math::{DMat4, DVec2, DVec3, DVec4, UVec2, Vec4Swizzles},
     prelude::*,
 };
 use bevy_contextual_ao::{
-    occlusion::DirectOcclusion,
+    occlusion::DirectionalOcclusion,
     prelude::*,
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
 };
@@ -17,7 +17,7 @@ pub struct Reference {
     geometry: VolumeGeometry,
     values: Field,
     function: TransferFunction,
-    settings: DirectOcclusion,
+    settings: DirectionalOcclusion,
 }
 
 /// Light of every pixel of a window; 1 outside of it.
@@ -48,7 +48,7 @@ impl Light {
 }
 
 impl Reference {
-    pub fn new(volume: &Volume, function: &TransferFunction, settings: DirectOcclusion) -> Self {
+    pub fn new(volume: &Volume, function: &TransferFunction, settings: DirectionalOcclusion) -> Self {
         let values = Field::of(volume);
         Self { geometry: VolumeGeometry::of(volume), values, function: function.clone(), settings }
     }
@@ -110,7 +110,9 @@ impl Reference {
 
         let half_size = 0.5 * size.as_dvec2();
         let aperture = f64::from(settings.aperture_degrees).to_radians();
-        let radius = spacing * aperture.tan();
+        // The paper's radius for slices a voxel apart; the mean of means is as wide for any slices.
+        let voxel = spacing / f64::from(settings.slice_voxels);
+        let radius = (spacing * voxel).sqrt() * aperture.tan();
         let side = i64::from(settings.samples);
         let centers = (0..side).map(|k| (2 * k + 1) as f64 / side as f64 - 1.0);
         let grid: Vec<DVec2> = centers
@@ -151,7 +153,8 @@ impl Reference {
                 }
                 let mut sum = 0.0;
                 for p in &grid {
-                    let way = if settings.exact_distance { spacing.hypot(p.length()) } else { spacing };
+                    let across = p.length() / radius * aperture.tan();
+                    let way = if settings.exact_distance { spacing * across.hypot(1.0) } else { spacing };
                     let transmittance = (1.0 - opacity).powf(way / scale);
                     sum += light.sample(center + *p * pixels) * transmittance;
                 }

@@ -1,4 +1,4 @@
-//! Jobs of the views that draw volumes by direct occlusion shading.
+//! Jobs of the views that draw volumes by directional occlusion shading.
 
 use bevy::{
     core_pipeline::{prepass::ViewPrepassTextures, tonemapping::Tonemapping},
@@ -12,14 +12,14 @@ use bevy::{
 };
 
 use super::{
-    buffers::{Buffers, DirectBuffers},
+    buffers::{Buffers, DirectionalBuffers},
     composite::{CompositeJob, CompositeKey, CompositePipeline, ViewKind, ViewResources},
-    slices::{DirectPasses, SlicesJob},
+    slices::{DirectionalPasses, SlicesJob},
     slicing::{Slicing, SlicingData},
 };
 use crate::{
     diagnostics::ReportChannel,
-    occlusion::DirectOcclusion,
+    occlusion::DirectionalOcclusion,
     render::{
         extract::{ExtractedScene, ExtractedVolume},
         gpu::{
@@ -35,17 +35,17 @@ use crate::{
 
 /// Jobs of every view with such volumes, farthest volume first.
 #[derive(Resource, Default)]
-pub(super) struct DirectViews(EntityHashMap<Vec<DirectJob>>);
+pub(super) struct DirectionalViews(EntityHashMap<Vec<DirectionalJob>>);
 
 /// Buffers that describe volumes in views.
 #[derive(Resource, Default)]
-pub(super) struct DirectUniforms {
+pub(super) struct DirectionalUniforms {
     windows: BuffersOf<VolumeInView, UniformBuffer<WindowUniform>>,
     slicings: BuffersOf<VolumeInView, StorageBuffer<SlicingData>>,
 }
 
 /// One volume in one view.
-struct DirectJob {
+struct DirectionalJob {
     slices: SlicesJob,
     composite: CompositeJob,
     center_depth: f64,
@@ -65,11 +65,11 @@ type ViewData = (&'static ViewPrepassTextures, ViewKind);
 /// The passes, and the inputs of their bind groups.
 #[derive(SystemParam)]
 pub(super) struct Passes<'w> {
-    slices: Res<'w, DirectPasses>,
+    slices: Res<'w, DirectionalPasses>,
     composite: Res<'w, CompositePipeline>,
     pipelines: ResMut<'w, SpecializedRenderPipelines<CompositePipeline>>,
     views: ViewResources<'w>,
-    uniforms: ResMut<'w, DirectUniforms>,
+    uniforms: ResMut<'w, DirectionalUniforms>,
     gpu: Gpu<'w>,
 }
 
@@ -82,8 +82,8 @@ pub(super) fn prepare_views(
     views: Query<ViewData>,
     report: Res<ReportChannel>,
     mut passes: Passes,
-    mut buffers: ResMut<DirectBuffers>,
-    mut jobs: ResMut<DirectViews>,
+    mut buffers: ResMut<DirectionalBuffers>,
+    mut jobs: ResMut<DirectionalViews>,
 ) {
     jobs.0.clear();
     passes.uniforms.windows.begin_frame();
@@ -93,7 +93,7 @@ pub(super) fn prepare_views(
     let is_ready = |volume: &&ExtractedVolume| pipelines.are_there_for(&volume.occlusion.method);
     for volume in scene.volumes.iter().filter(|volume| volume.is_placed).filter(is_ready) {
         let settings =
-            volume.occlusion.method.get::<DirectOcclusion>().filter(|_| volume.is_drawn_by_method());
+            volume.occlusion.method.get::<DirectionalOcclusion>().filter(|_| volume.is_drawn_by_method());
         let (Some(settings), Some(resources)) = (settings, store.0.get(&volume.entity)) else {
             continue;
         };
@@ -107,7 +107,7 @@ pub(super) fn prepare_views(
     let largest = largest.reduce(UVec2::max).unwrap_or_default();
     let Some(buffers) = buffers.fit(largest, &passes.gpu.device) else {
         if !shown.is_empty() {
-            warn_once!("direct occlusion: {largest} pixels are more than the device has buffers for");
+            warn_once!("directional occlusion: {largest} pixels are more than the device has buffers for");
         }
         return;
     };
@@ -131,7 +131,7 @@ impl Passes<'_> {
         shown: &Shown,
         view: Option<bevy::ecs::query::ROQueryItem<ViewData>>,
         buffers: &Buffers,
-    ) -> Option<DirectJob> {
+    ) -> Option<DirectionalJob> {
         let Self { slices, composite, pipelines, views, uniforms, gpu } = self;
         let Gpu { device, cache, .. } = &*gpu;
         let (prepass, kind) = view?;
@@ -146,7 +146,7 @@ impl Passes<'_> {
         }
         let tonemapping = kind.3.copied().unwrap_or(Tonemapping::None);
         let WindowUniform { first, end, .. } = shown.window;
-        Some(DirectJob {
+        Some(DirectionalJob {
             slices: SlicesJob {
                 volume: shown.volume.groups()?.lit.clone(),
                 slices: slices.bind_slices(
@@ -174,8 +174,8 @@ impl Passes<'_> {
 /// Shades and draws the volumes of a view.
 pub(super) fn shade_views(
     view: ViewQuery<(&ViewTarget, &ViewUniformOffset)>,
-    jobs: Res<DirectViews>,
-    slices: Option<Res<DirectPasses>>,
+    jobs: Res<DirectionalViews>,
+    slices: Option<Res<DirectionalPasses>>,
     cache: Res<PipelineCache>,
     timing: Res<TimesByClock>,
     queue: Res<RenderQueue>,
@@ -188,7 +188,7 @@ pub(super) fn shade_views(
     };
     let (target, uniform) = view.into_inner();
     let mut frame = Frame::of_view(ctx, &queue, &timing, &mut before);
-    frame.pass(DirectOcclusion::SPAN, jobs, |encoder, job| {
+    frame.pass(DirectionalOcclusion::SPAN, jobs, |encoder, job| {
         slices.encode(encoder, &job.slices, &cache);
         job.composite.encode(encoder, target, uniform.offset, &cache);
     });
