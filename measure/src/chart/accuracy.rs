@@ -2,23 +2,16 @@
 //! against the method's own definition.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::{
-    prelude::*,
-    render::{VolumeTexture, VoxelMask},
-};
-use contextual_ao_kit::mode::ShadingMode;
+use bevy_contextual_ao::{occlusion::MethodSettings, prelude::*, render::VolumeTexture};
+use contextual_ao_kit::{chart::rms, fit::Fit};
 
 use super::{
     brightness::image_fit,
     definitions::Definitions,
     methods::{Own, Setting},
+    shot::{STEPS, Shot, objects, shot, shots, step_shot},
 };
 use crate::{directions::max_rays, stage::Stage};
-use contextual_ao_kit::{chart::rms, fit::Fit, headless::voxel_at};
-
-/// Number of frames whose errors are taken. Each follows a step of the carver, whose last step leads to its start.
-/// Only settings that lag behind differ from frame to frame.
-const STEPS: u32 = 2;
 
 /// Root mean square errors of a setting, of a range from 0 to 1.
 #[derive(Clone, Default)]
@@ -28,13 +21,6 @@ pub struct Errors {
     pub own_definition: String,
     pub own_voxels: Option<f64>,
     pub own_image: Option<f64>,
-}
-
-/// Result of a setting in a frame.
-struct Shot {
-    /// Occlusion as drawn, of the voxels that the image reads. Empty for methods without voxels.
-    occlusion: Vec<Option<f32>>,
-    image: Vec<u8>,
 }
 
 /// Finds the errors of settings in one scene.
@@ -63,6 +49,7 @@ impl Accuracy {
         let true_rays = max_rays(stage);
         let rays = OcclusionRays { pattern: RayPattern::Fibonacci(true_rays), ..stage.rays() };
         let occlusion = AmbientOcclusion::by(rays);
+        let true_step_mm = rays.step_length_mm(&stage.scene.geometry);
         // The first frame computes everything: it takes many times as long as all other frames.
         let objects = objects(stage)?;
         stage.carve(STEPS - 1);
@@ -71,6 +58,10 @@ impl Accuracy {
             truths.insert(0, step_shot(stage, step));
         }
         let opacities = stage.headless.voxels(stage.scene.volume, VolumeTexture::Opacities);
+        // Of a voxel, not of a step.
+        let voxel_mm = stage.scene.geometry.spacing_mm.min_element();
+        let steps = voxel_mm / true_step_mm;
+        let opacities = opacities.into_iter().map(|byte| of_voxel(byte, steps)).collect();
         let known = (0..).zip(&truths[0].occlusion).filter_map(|(index, value)| value.map(|_| index));
         let definitions = Definitions::new(opacities, intensities, stage.scene.geometry, known.collect());
         Ok(Self {
@@ -227,99 +218,16 @@ impl Accuracy {
     }
 }
 
-/// Renders the frames after steps of the carver, each from the state before. The last frame comes first. The carver has
-/// been moving to and fro for a number of frames before.
-fn shots(stage: &mut Stage, occlusion: &AmbientOcclusion, moving: u32) -> Result<Vec<Shot>, String> {
-    stage.carve(STEPS + moving);
-    stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
-    for step in (STEPS..STEPS + moving).rev() {
-        stage.carve(step);
-        stage.headless.frame();
-    }
-    let mut shots = Vec::new();
-    for step in (0..STEPS).rev() {
-        shots.insert(0, step_shot(stage, step));
-    }
-    Ok(shots)
-}
-
-/// Pixels that show the object in the frames of the steps: those that differ from the background.
-fn objects(stage: &mut Stage) -> Result<Vec<Vec<bool>>, String> {
-    let occlusion = stage.occlusion();
-    stage.prepare_with(ShadingMode::Solid, occlusion)?;
-    let mut object = |step| {
-        stage.carve(step);
-        let image = stage.image();
-        let background = &image[..4];
-        image.chunks(4).map(|pixel| pixel != background).collect()
-    };
-    Ok((0..STEPS).map(&mut object).collect())
-}
-
-/// Renders the frame in which the carver takes a step.
-fn step_shot(stage: &mut Stage, step: u32) -> Shot {
-    stage.carve(step);
-    stage.headless.frame();
-    Shot::take(stage)
-}
-
-/// Renders one frame, for which everything is computed.
-fn shot(stage: &mut Stage, occlusion: &AmbientOcclusion) -> Result<Shot, String> {
-    stage.prepare_with(ShadingMode::Cao, occlusion.clone())?;
-    Ok(Shot::take(stage))
-}
-
-impl Shot {
-    /// Takes the shot of the last frame.
-    fn take(stage: &Stage) -> Self {
-        let (headless, volume) = (&stage.headless, stage.scene.volume);
-        let method = stage.occlusion().method;
-        let image = headless.image();
-        if !method.kind().is_of_voxels() {
-            return Self { occlusion: Vec::new(), image };
-        }
-        let texels = headless.voxels(volume, VolumeTexture::Occlusion);
-        let rays = method.rays();
-        let valid = if rays.is_some() {
-            headless.mask(volume, VoxelMask::Valid)
-        } else {
-            vec![true; stage.scene.voxels as usize]
-        };
-        let dimensions = stage.scene.geometry.dimensions;
-        let occlusion = if rays.is_some_and(|rays| rays.resolution == OcclusionResolution::Half) {
-            (0..dimensions.element_product())
-                .map(|index| half_at(voxel_at(index, dimensions), dimensions, &texels, &valid))
-                .collect()
-        } else {
-            let values = texels.iter().zip(valid);
-            values.map(|(&value, valid)| valid.then_some(f32::from(value) / 255.0)).collect()
-        };
-        Self { occlusion, image }
-    }
-}
-
-/// Occlusion at a voxel's centre, drawn from texels of 2x2x2 voxels. `None` if one of the texels is not valid; the
-/// mask has the texel's validity at its first voxel.
-fn half_at(voxel: UVec3, dimensions: UVec3, texels: &[u8], valid: &[bool]) -> Option<f32> {
-    let size = dimensions.map(|voxels| voxels.div_ceil(2));
-    let near = voxel / 2;
-    // The next texel lies on the side on which the voxel is in its own texel. At the edge it is the same texel.
-    let side = (voxel % 2).as_ivec3() * 2 - 1;
-    let next = (near.as_ivec3() + side).clamp(IVec3::ZERO, size.as_ivec3() - 1).as_uvec3();
-    let index = |at: UVec3, size: UVec3| ((at.z * size.y + at.y) * size.x + at.x) as usize;
-    (0..8).try_fold(0.0, |sum, k| {
-        let is_next = BVec3::new(k & 1 == 1, k & 2 == 2, k & 4 == 4);
-        let texel = UVec3::select(is_next, next, near);
-        let weight = Vec3::select(is_next, Vec3::splat(0.25), Vec3::splat(0.75)).element_product();
-        let value = f32::from(texels[index(texel, size)]) / 255.0;
-        valid[index(2 * texel, dimensions)].then_some(sum + weight * value)
-    })
-}
-
 /// Errors over the voxels of all frames that the true images read.
 fn voxels_fit<'a>(found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<Fit> {
     let pairs =
         found.iter().zip(truth).flat_map(|(found, truth)| found.occlusion.iter().zip(&truth.occlusion));
     let fit = Fit::of(pairs.filter_map(|(found, truth)| Some([f64::from((*found)?), f64::from((*truth)?)])));
     (fit.count > 0).then_some(fit)
+}
+
+/// Opacity of a voxel, of so many steps, from that of a step. Both are bytes.
+fn of_voxel(opacity: u8, steps: f64) -> u8 {
+    let clear = 1.0 - f64::from(opacity) / 255.0;
+    (255.0 * (1.0 - clear.powf(steps))).round() as u8
 }

@@ -10,6 +10,7 @@ mod methods;
 mod panel;
 mod plot;
 pub mod scenes;
+mod shot;
 mod timing;
 
 use bevy_contextual_ao::prelude::{AmbientOcclusion, TransferFunction};

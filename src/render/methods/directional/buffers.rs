@@ -35,8 +35,8 @@ pub(super) struct Buffers {
     pub eye: Buffer,
     /// Share of the light that reaches a slice, and the next slice.
     pub light: [TextureAndView; 2],
-    /// Whether all light passes through every tile of 8x8 pixels, of even and of odd slices.
-    pub lit_tiles: Buffer,
+    /// States of every tile of 8x8 pixels, after even and after odd slices (`slices.wgsl`).
+    pub tile_states: Buffer,
     /// The number of every slice.
     pub numbers: Buffer,
 }
@@ -86,7 +86,7 @@ impl Buffers {
         Self {
             size,
             eye: buffer("contextual_ao_eye", bytes),
-            lit_tiles: buffer("contextual_ao_lit_tiles", 2 * 4 * u64::from(tiles.element_product())),
+            tile_states: buffer("contextual_ao_tile_states", 2 * 4 * u64::from(tiles.element_product())),
             light: ["contextual_ao_light_a", "contextual_ao_light_b"].map(light),
             numbers: device.create_buffer_with_data(&BufferInitDescriptor {
                 label: Some("contextual_ao_slice_numbers"),
@@ -98,6 +98,6 @@ impl Buffers {
 
     pub fn usage(&self) -> GpuUsage {
         let textures = self.light.iter().map(|light| &light.texture);
-        usage_of(textures) + usage_of_buffers([&self.eye, &self.lit_tiles, &self.numbers])
+        usage_of(textures) + usage_of_buffers([&self.eye, &self.tile_states, &self.numbers])
     }
 }

@@ -110,9 +110,9 @@ impl DirectionalPasses {
         let [a, b] = &buffers.light;
         [(a, b), (b, a)].map(|(before, behind)| {
             let eye = buffers.eye.as_entire_binding();
-            let lit_tiles = buffers.lit_tiles.as_entire_binding();
+            let tile_states = buffers.tile_states.as_entire_binding();
             let resources =
-                (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths, lit_tiles);
+                (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths, tile_states);
             self.pass(is_multisampled).bind(resources, cache, device)
         })
     }

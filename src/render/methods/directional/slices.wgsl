@@ -8,7 +8,8 @@
 // for slices a voxel apart, and the root of the distance times that for others: the width does not depend on the distance.
 //
 // A slice is sampled as drawing does: classified after interpolation, clipped at the sample point. Tiles of 8x8 pixels
-// keep whether all their light passes. Where it does in all tiles around, the mean is 1, and an empty tile has nothing to do.
+// keep whether all their light passes, or none. Where it is so in all tiles around, the mean is 1 or 0. An empty tile among
+// lit ones has nothing to do, nor one among dark ones whose pixels are all opaque.
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
@@ -52,8 +53,8 @@ struct Slicing {
 // surrounds the window.
 @group(1) @binding(3) var light_before: texture_2d<f32>;
 @group(1) @binding(4) var light_behind: texture_storage_2d<rgba16float, write>;
-// Of every tile, 1 where all light reaches the next slice: of even slices, then of odd slices.
-@group(1) @binding(6) var<storage, read_write> lit_tiles: array<u32>;
+// States of every tile after even slices, then after odd slices.
+@group(1) @binding(6) var<storage, read_write> tile_states: array<u32>;
 #ifdef MULTISAMPLED
 @group(1) @binding(5) var opaque_depths: texture_depth_multisampled_2d;
 #else
@@ -64,11 +65,18 @@ struct Slicing {
 
 // Tiles around a tile that its invocations can look at.
 const MOST_REACH: u32 = 3u;
-// Not 0 where a tile around this one is dark, and where a pixel of this tile is not empty.
-var<workgroup> is_dark: atomic<u32>;
-var<workgroup> is_occupied: atomic<u32>;
+// States of a tile, as bits: all light reaches the next slice; none does; all pixels are opaque.
+const LIT: u32 = 1u;
+const DARK: u32 = 2u;
+const CLOSED: u32 = 4u;
+// Less light than this is none: a sixteenth of a byte's quantum.
+const LEAST_LIGHT: f32 = 1.0 / 4096.0;
+// States that not all tiles around this one have, and states that this tile does not have after the slice.
+var<workgroup> not_around: atomic<u32>;
+var<workgroup> not_here: atomic<u32>;
 
 fn store_light(texel: vec2<u32>, light: f32) {
+    atomicOr(&not_here, select(LIT, 0u, light == 1.0) | select(DARK, 0u, light == 0.0));
     // The first channel keeps as many digits as 16 bits hold.
     let rounded = bitcast<f32>(bitcast<u32>(light) & 0xffffe000u);
     textureStore(light_behind, texel, vec4(rounded, light - rounded, 0.0, 0.0));
@@ -109,14 +117,17 @@ fn radius_at(depth: f32) -> vec2<f32> {
 
 // Share of the light that reaches the next slice, through a slice of some opacity. Samples are the points of a
 // grid that lie in the cone's base. `extent` is the size of the window with its ring.
-fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32, is_lit: bool) -> f32 {
+fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32, around: u32) -> f32 {
     let pixels_per_radius = radius_at(depth);
     let texture_size = vec2<f32>(textureDimensions(light_before));
     let per_mm = volume.draw_exponent / volume.draw_step_mm;
     let thickness = 1.0 - correct_opacity(opacity, slicing.slice_mm * per_mm);
     var sum = 0.0;
     var count = 0.0;
-    if is_lit && (slicing.exact_distance == 0u || opacity <= 0.0) {
+    if around == DARK {
+        return 0.0;
+    }
+    if around == LIT && (slicing.exact_distance == 0u || opacity <= 0.0) {
         return thickness;
     }
     for (var y = 0u; y < slicing.samples; y += 1u) {
@@ -138,7 +149,8 @@ fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32, 
             count += 1.0;
         }
     }
-    return sum / count;
+    let mean = sum / count;
+    return select(0.0, mean, mean >= LEAST_LIGHT);
 }
 
 // Number of tiles around a tile that the means of its pixels read.
@@ -158,73 +170,86 @@ fn slices(
     let texel = id.xy;
     let depth = slicing.first_depth + f32(slice) * slicing.slice_depth;
     let tiles = groups.x * groups.y;
-    let own_tile = tiles * (slice & 1u) + group.y * groups.x + group.x;
-    // Two slices ago, of this frame.
-    let was_lit = slice >= 2u && lit_tiles[own_tile] != 0u;
-    // Nothing is in front of the first slice.
+    let tile = group.y * groups.x + group.x;
+    let place_behind = tiles * (slice & 1u) + tile;
+    let place_before = tiles - tiles * (slice & 1u);
+    // What this frame left two slices ago, where this slice writes, and one slice ago.
+    let earlier = select(0u, tile_states[place_behind], slice >= 2u);
+    let before = select(0u, tile_states[place_before + tile], slice >= 1u);
     let reach = tiles_read(depth);
     let side = 2u * reach + 1u;
-    if slice > 0u && reach > MOST_REACH {
-        atomicStore(&is_dark, 1u);
-    } else if slice > 0u && lane < side * side {
-        let tile = vec2<i32>(group.xy) + vec2<i32>(vec2(lane % side, lane / side)) - i32(reach);
+    if slice == 0u {
+        // Nothing is in front of the first slice.
+        atomicOr(&not_around, DARK);
+    } else if reach > MOST_REACH {
+        atomicOr(&not_around, LIT | DARK);
+    } else if lane < side * side {
+        let other = vec2<i32>(group.xy) + vec2<i32>(vec2(lane % side, lane / side)) - i32(reach);
         // Beyond the window is light.
-        if all(tile >= vec2(0)) && all(tile < vec2<i32>(groups.xy)) {
-            let index = u32(tile.y) * groups.x + u32(tile.x);
-            if lit_tiles[tiles * ((slice - 1u) & 1u) + index] == 0u {
-                atomicStore(&is_dark, 1u);
-            }
+        var state = LIT;
+        if all(other >= vec2(0)) && all(other < vec2<i32>(groups.xy)) {
+            state = tile_states[place_before + u32(other.y) * groups.x + u32(other.x)];
         }
+        atomicOr(&not_around, ~state);
     }
+    workgroupBarrier();
+    let around = ~atomicLoad(&not_around) & (LIT | DARK);
+    // Nothing changes any more in a closed tile among dark ones.
+    let is_over = around == DARK && (before & CLOSED) != 0u && (earlier & DARK) != 0u;
 
     let is_inside = all(texel > vec2(0u)) && all(texel < size + 1u);
     let place = texel - 1u;
     let pixel = window.first + place;
+    let index = place.y * size.x + place.x;
     let ray = view_ray(vec2<f32>(pixel) + 0.5, window, 0.0);
     let depth_per_mm = dot(slicing.depth_from_local.xyz, ray.direction);
     let along_mm = (depth - dot(slicing.depth_from_local, vec4(ray.near, 1.0))) / depth_per_mm;
     var sample = vec4(0.0);
-    if is_inside {
+    if is_inside && !is_over {
         sample = sample_at(ray, along_mm);
     }
-    if sample.a > 0.0 {
-        atomicStore(&is_occupied, 1u);
-    }
-    workgroupBarrier();
-    let is_lit = atomicLoad(&is_dark) == 0u;
-    let stays_lit = is_lit && atomicLoad(&is_occupied) == 0u;
-    if lane == 0u {
-        lit_tiles[own_tile] = u32(stays_lit);
-    }
-
-    let index = place.y * size.x + place.x;
     if is_inside && slice == 0u {
         eye[index] = vec4(0.0);
     }
-    if any(texel >= size + 2u) || stays_lit && was_lit {
-        return;
+    // An empty tile among lit ones stays lit.
+    if sample.a > 0.0 || around != LIT {
+        atomicOr(&not_here, LIT);
     }
-    if !is_inside {
+    workgroupBarrier();
+    let is_empty = (atomicLoad(&not_here) & LIT) == 0u;
+    let is_written = is_over || is_empty && (earlier & LIT) != 0u;
+    if is_written || any(texel >= size + 2u) {
+        // The light behind is there already.
+    } else if !is_inside {
         store_light(texel, 1.0);
-        return;
-    }
-    if sample.a > 0.0 {
-        var light = 1.0;
-        var seen = vec4(0.0);
-        if slice > 0u {
-            let stored = textureLoad(light_before, texel, 0).rg;
-            light = stored.r + stored.g;
-            seen = eye[index];
+    } else {
+        if sample.a > 0.0 {
+            var light = 1.0;
+            var seen = vec4(0.0);
+            if slice > 0u {
+                let stored = textureLoad(light_before, texel, 0).rg;
+                light = stored.r + stored.g;
+                seen = eye[index];
+            }
+            if seen.a < OPAQUE && depth < opaque_depth(pixel) {
+                let steps = slicing.slice_depth / depth_per_mm / volume.draw_step_mm;
+                let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
+                let p = ray.origin + along_mm * ray.velocity;
+                seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 0.0)), 1.0);
+                // The small remainder has the same colour, not the background's.
+                seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
+                eye[index] = seen;
+            }
         }
-        if seen.a < OPAQUE && depth < opaque_depth(pixel) {
-            let steps = slicing.slice_depth / depth_per_mm / volume.draw_step_mm;
-            let opacity = (1.0 - seen.a) * correct_opacity(sample.a, steps * volume.draw_exponent);
-            let p = ray.origin + along_mm * ray.velocity;
-            seen += opacity * vec4(shade(sample.rgb, opacity, p, ray.direction, light, Cut(p, 0.0)), 1.0);
-            // The small remainder has the same colour, not the background's.
-            seen = select(seen, seen / seen.a, seen.a >= OPAQUE);
-            eye[index] = seen;
+        let extent = vec2<f32>(size + 2u);
+        store_light(texel, light_through(vec2<f32>(texel) + 0.5, extent, depth, sample.a, around));
+        if eye[index].a < OPAQUE {
+            atomicOr(&not_here, CLOSED);
         }
     }
-    store_light(texel, light_through(vec2<f32>(texel) + 0.5, vec2<f32>(size + 2u), depth, sample.a, is_lit));
+    workgroupBarrier();
+    if lane == 0u {
+        let now = ~atomicLoad(&not_here) & (LIT | DARK | CLOSED);
+        tile_states[place_behind] = select(select(now, earlier, is_written), before, is_over);
+    }
 }

@@ -11,7 +11,7 @@
 #import bevy_contextual_ao::{
     brick_bindings::distance_at,
     bricks::{PENDING, leap_along, mask_at, samples_within, steps_to_leave, voxel_of_bit, voxel_of_word},
-    cast_state::{CastState, RayPass},
+    cast_state::{CastState, FACTOR_UNIT, RayPass},
     listed::list,
     volume_bindings::{volume, voxel_index},
     work_list::ROW,
@@ -59,9 +59,8 @@ const MOST_WORDS: u32 = 8u;
 const MOST_VOXELS: u32 = 32u * MOST_WORDS;
 // Half a quantum of the stored byte.
 const OPAQUE: f32 = 1.0 / 512.0;
-// Units in which transmittances and ray factors are added up.
+// Unit in which transmittances are added up.
 const TRANSMITTANCE_UNIT: f32 = 1.0 / 65536.0;
-const FACTOR_UNIT: f32 = 1.0 / 16777216.0;
 
 // The words, and the masks of their voxels to be cast.
 var<workgroup> words: array<u32, MOST_WORDS>;

@@ -2,6 +2,9 @@
 
 #define_import_path bevy_contextual_ao::cast_state
 
+// Unit in which the factors of a voxel's rays are added up.
+const FACTOR_UNIT: f32 = 1.0 / 16777216.0;
+
 // Rays that a frame casts.
 struct RayPass {
     // First and end ray, and number of samples of each. Progressive rays go on with ray 0 behind all rays.

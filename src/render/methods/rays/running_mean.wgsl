@@ -9,7 +9,7 @@
 
 #define_import_path bevy_contextual_ao::running_mean
 
-#import bevy_contextual_ao::volume_bindings::volume
+#import bevy_contextual_ao::{cast_state::FACTOR_UNIT, volume_bindings::volume}
 
 // Of every voxel: S in 24 bits, and E in 8 bits, where 0 is none. Behind the voxels, of every word of the mask a
 // `WordProgress`.
@@ -25,8 +25,7 @@ struct WordProgress {
     earlier_weight: f32,
 }
 
-// Units of S, as in `cast.wgsl`.
-const UNIT: f32 = 1.0 / 16777216.0;
+// The largest S, in `FACTOR_UNIT`.
 const MOST: u32 = 0xffffffu;
 
 fn progress_at(word: u32) -> u32 {
@@ -59,14 +58,14 @@ fn touched(before: WordProgress, voxels: u32, most_kept: f32) -> WordProgress {
 
 // The factor of a voxel whose rays go on.
 fn factor_of(mean: u32, progress: WordProgress) -> f32 {
-    let sum = f32(mean >> 8u) * UNIT;
+    let sum = f32(mean >> 8u) * FACTOR_UNIT;
     let earlier = mean & 0xffu;
     let weight = select(0.0, progress.earlier_weight * (1.0 - progress.weight), earlier != 0u);
     // No rounding where the sum is all there is.
     if progress.weight >= 1.0 {
         return sum;
     }
-    return (sum + weight * f32(earlier) / 255.0) / max(progress.weight + weight, UNIT);
+    return (sum + weight * f32(earlier) / 255.0) / max(progress.weight + weight, FACTOR_UNIT);
 }
 
 // The voxel's mean after a touch: without rays, and with its factor as the earlier one. Rounding by noise is right on
@@ -75,7 +74,7 @@ fn begun_anew(mean: u32, before: WordProgress, was_going: bool, noise: f32) -> u
     if mean == 0u {
         return 0u;
     }
-    var factor = f32(mean >> 8u) * UNIT;
+    var factor = f32(mean >> 8u) * FACTOR_UNIT;
     if was_going {
         factor = factor_of(mean, before);
     }
