@@ -131,9 +131,10 @@ struct Instead {
     #[arg(long)]
     truths: bool,
     /// Speed against accuracy of every occlusion method (35 minutes on a software driver, 10 with --quick). Writes
-    /// chart.csv, and charts of carve frames, frames at rest and frames after an edit of the transfer function.
-    #[arg(long)]
-    chart: bool,
+    /// chart.csv, and charts of carve frames, frames at rest and frames after an edit of the transfer function. With
+    /// the name of a scene, rows of other scenes stay in the file.
+    #[arg(long, value_name = "SCENE", num_args = 0..=1)]
+    chart: Option<Option<String>>,
     /// Draws the charts again from a chart.csv.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -197,8 +198,8 @@ fn main() -> Result<(), String> {
         motion::run(&options)
     } else if instead.truths {
         truths::run(&options)
-    } else if instead.chart {
-        chart::run(&options)
+    } else if let Some(scene) = &instead.chart {
+        chart::run(scene.as_deref(), &options)
     } else if let Some(file) = &instead.plot {
         chart::plot_again(file, &options.out)
     } else if instead.sweeping {

@@ -63,7 +63,7 @@ fn errors(stages: &mut [Stage; 2], is_one_way: bool) -> Option<f64> {
             differences.extend(pairs.filter_map(|(truth, found)| Some(found? - truth?)));
         }
     }
-    rms(differences.into_iter()).0
+    rms(differences).0
 }
 
 /// A voxel a frame, to and fro or away.

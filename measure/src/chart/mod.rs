@@ -25,12 +25,24 @@ use contextual_ao_kit::{
 };
 use methods::SceneScale;
 
-/// Measures, writes `chart.csv` and a picture after each scene, and draws the charts.
-pub fn run(options: &Options) -> Result<(), String> {
+/// Measures, writes `chart.csv` and a picture after each scene, and draws the charts. If a scene is named, it alone is
+/// measured, and rows of others stay.
+pub fn run(named: Option<&str>, options: &Options) -> Result<(), String> {
     fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let file = options.out.join("chart.csv");
     let mut rows = Vec::new();
-    for scene in scenes::load(options)? {
+    if let Some(named) = named
+        && let Ok(csv) = fs::read_to_string(&file)
+    {
+        rows = from_csv(&csv).map_err(|error| format!("{}: {error}", file.display()))?.0;
+        rows.retain(|row| row.scene != named);
+    }
+    let scenes = scenes::load(options)?;
+    let names: Vec<_> = scenes.iter().map(|scene| scene.name.clone()).collect();
+    if let Some(unknown) = named.filter(|named| !names.iter().any(|name| name == named)) {
+        return Err(format!("--chart {unknown}: expected {}", names.join(", ")));
+    }
+    for scene in scenes.into_iter().filter(|scene| named.is_none_or(|named| scene.name == named)) {
         let (of_scene, device) = measure(scene, options)?;
         rows.extend(of_scene);
         fs::write(&file, to_csv(&rows, &device)).map_err(|error| format!("{}: {error}", file.display()))?;

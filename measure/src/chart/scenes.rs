@@ -73,7 +73,8 @@ pub fn phantom(voxels_high: u32) -> Result<SceneParts, String> {
         budget: default(),
         occlusion: AmbientOcclusion::by(OcclusionRays {
             pattern: RayPattern::Rubik54,
-            step_mm: Some(spacing_mm),
+            // Rays are those of the whole phantom, however coarse it is.
+            step_mm: Some(spacing_mm * voxels_high as f32 / PHANTOM_VOXELS_HIGH as f32),
             ..default()
         }),
         shading: published_look(),
