@@ -130,7 +130,7 @@ struct Instead {
     /// Carlo on the CPU: CT of an engine and of a head.
     #[arg(long)]
     truths: bool,
-    /// Speed against accuracy of every occlusion method (35 minutes on a software driver, 10 with --quick). Writes
+    /// Speed against accuracy of every occlusion method (16 minutes a scene on a software driver with --quick). Writes
     /// chart.csv, and charts of carve frames, frames at rest and frames after an edit of the transfer function. With
     /// the name of a scene, rows of other scenes stay in the file.
     #[arg(long, value_name = "SCENE", num_args = 0..=1)]

@@ -45,7 +45,7 @@ impl Default for RayPattern {
 const MAX_RAYS: u32 = 4096;
 
 /// Largest angle, radians, by which the paper's patterns are jittered: 1.7 degrees. The paper gives no figure. Its
-/// authors' package moves the ends of unit vectors by up to 0.025 along each axis.
+/// authors' package moves the ends of its vectors, which are 1 to 2 long, by up to 0.025 along each axis.
 const JITTER: f64 = 0.03;
 
 impl RayPattern {

@@ -3,9 +3,8 @@
 
 use bevy::math::DVec3;
 use bevy_contextual_ao::prelude::TransferFunction;
-use core::f64::consts::TAU;
 
-use super::field::{Eye, Field};
+use super::field::{Eye, Field, spiral};
 
 /// Rays in a cone.
 const RAYS: u32 = 96;
@@ -47,15 +46,11 @@ impl Matter<'_> {
 
     /// Fraction visible (equation 10): the mean transmittance of the rays in a cone.
     fn visible(&self, p: DVec3, axis: DVec3, aperture_degrees: f64) -> f64 {
-        let (tangent, bitangent) = axis.any_orthonormal_pair();
         let lowest = aperture_degrees.to_radians().cos();
-        let golden = (5f64.sqrt() - 1.0) / 2.0;
         let sum: f64 = (0..RAYS)
             .map(|k| {
                 let cosine = 1.0 - (1.0 - lowest) * (f64::from(k) + 0.5) / f64::from(RAYS);
-                let (sin, cos) = (TAU * (f64::from(k) * golden).fract()).sin_cos();
-                let across = (1.0 - cosine * cosine).sqrt();
-                self.transmittance(p, across * (cos * tangent + sin * bitangent) + cosine * axis)
+                self.transmittance(p, spiral(axis, k, cosine))
             })
             .sum();
         sum / f64::from(RAYS)

@@ -5,6 +5,7 @@ use bevy_contextual_ao::{
     prelude::Volume,
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
 };
+use core::f64::consts::TAU;
 
 /// A volume as truths read it, in its file's units.
 pub struct Field {
@@ -69,6 +70,15 @@ impl Field {
         let middle = -origin.dot(direction);
         [(middle - radius).max(0.0), middle + radius]
     }
+}
+
+/// Direction `k` of a spiral around an axis, at this cosine to the axis. Turns are golden sections, so that directions are
+/// spread evenly if cosines are.
+pub fn spiral(axis: DVec3, k: u32, cosine: f64) -> DVec3 {
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let (sin, cos) = (TAU * (f64::from(k) * golden).fract()).sin_cos();
+    let (tangent, bitangent) = axis.any_orthonormal_pair();
+    (1.0 - cosine * cosine).sqrt() * (cos * tangent + sin * bitangent) + cosine * axis
 }
 
 /// A camera that looks at the volume's centre.

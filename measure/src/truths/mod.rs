@@ -17,7 +17,7 @@ use crate::{Options, counting::CountingScene, stage::Stage};
 use directional::Matter;
 use field::{Eye, Field};
 
-/// Every so manieth pixel is compared along each axis.
+/// One of so many pixels along each axis is compared.
 const STRIDE: u32 = 2;
 
 /// Prints the errors of both methods, a JSON line per setting.

@@ -3,9 +3,8 @@
 
 use bevy::math::DVec3;
 use bevy_contextual_ao::occlusion::fibonacci_direction;
-use core::f64::consts::TAU;
 
-use super::field::{Eye, Field};
+use super::field::{Eye, Field, spiral};
 
 /// Rays from each point: an error of 0.02 where half of them are open, were they random.
 const RAYS: u32 = 512;
@@ -57,9 +56,6 @@ fn is_open(field: &Field, isovalue: f64, start: DVec3, ray: DVec3) -> bool {
 
 /// Direction `k` of [`RAYS`], as dense as the cosine to the normal (Malley).
 fn around(normal: DVec3, k: u32) -> DVec3 {
-    let golden = (5f64.sqrt() - 1.0) / 2.0;
     let squared = (f64::from(k) + 0.5) / f64::from(RAYS);
-    let (sin, cos) = (TAU * (f64::from(k) * golden).fract()).sin_cos();
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    squared.sqrt() * (cos * tangent + sin * bitangent) + (1.0 - squared).sqrt() * normal
+    spiral(normal, k, (1.0 - squared).sqrt())
 }
