@@ -1,10 +1,7 @@
 //! Errors of the stored occlusion of ray patterns against very many rays.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::{
-    prelude::*,
-    render::{VolumeTexture, VoxelMask},
-};
+use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 use serde_json::json;
 
@@ -72,11 +69,7 @@ impl Shot {
     /// Renders an image with a pattern.
     pub fn take(stage: &mut Stage, pattern: RayPattern) -> Result<Self, String> {
         stage.prepare(ShadingMode::Cao, pattern)?;
-        let (headless, volume) = (&stage.headless, stage.scene.volume);
-        let valid = headless.mask(volume, VoxelMask::Valid);
-        let occlusion = headless.voxels(volume, VolumeTexture::Occlusion);
-        let occlusion = occlusion.into_iter().zip(valid).map(|(value, valid)| valid.then_some(value));
-        Ok(Self { occlusion: occlusion.collect(), image: headless.image() })
+        Ok(Self { occlusion: stage.seen_occlusion(), image: stage.headless.image() })
     }
 
     /// Errors of the occlusion against `truth`, where both are known.

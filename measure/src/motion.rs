@@ -1,11 +1,7 @@
 //! Error of progressive rays while a carver moves, against all rays in the same frame.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::{
-    occlusion::ProgressiveRays,
-    prelude::*,
-    render::{VolumeTexture, VoxelMask},
-};
+use bevy_contextual_ao::{occlusion::ProgressiveRays, prelude::*};
 use contextual_ao_kit::{chart::rms, mode::ShadingMode};
 use serde_json::json;
 
@@ -58,9 +54,11 @@ fn errors(stages: &mut [Stage; 2], is_one_way: bool) -> Option<f64> {
             stage.headless.frame();
         }
         if frame > FRAMES - COMPARED {
-            let [truth, found] = [0, 1].map(|k| factors(&stages[k]));
+            let [truth, found] = [0, 1].map(|k| stages[k].seen_occlusion());
             let pairs = truth.into_iter().zip(found);
-            differences.extend(pairs.filter_map(|(truth, found)| Some(found? - truth?)));
+            differences.extend(
+                pairs.filter_map(|(truth, found)| Some((f64::from(found?) - f64::from(truth?)) / 255.0)),
+            );
         }
     }
     rms(differences).0
@@ -71,13 +69,4 @@ fn move_carver(stage: &mut Stage, frame: u32, is_one_way: bool) {
     let voxels = if is_one_way { frame as f32 } else { to_and_fro(frame) as f32 };
     let right = stage.scene.view.right();
     stage.move_carver(voxels * stage.scene.voxel_mm * right);
-}
-
-/// Occlusion of the voxels that the image reads.
-fn factors(stage: &Stage) -> Vec<Option<f64>> {
-    let (headless, volume) = (&stage.headless, stage.scene.volume);
-    let texels = headless.voxels(volume, VolumeTexture::Occlusion);
-    let valid = headless.mask(volume, VoxelMask::Valid);
-    let values = texels.into_iter().zip(valid);
-    values.map(|(texel, valid)| valid.then_some(f64::from(texel) / 255.0)).collect()
 }

@@ -12,6 +12,7 @@ use bevy_contextual_ao::{
         ClipWork, GpuUsage, PassLog, RenderStatus, SPAN_DRAW, TimePassesByClock, Work, latest_gpu_ms,
     },
     prelude::*,
+    render::{VolumeTexture, VoxelMask},
     volume::WORLD_UNITS_PER_MM,
 };
 use contextual_ao_kit::mode::ShadingMode;
@@ -339,6 +340,14 @@ impl Stage {
         let before = self.passes().total_jobs();
         self.headless.frames(2);
         self.passes().total_jobs() - before
+    }
+
+    /// Occlusion, as bytes, of the voxels that views read; `None` for others.
+    pub fn seen_occlusion(&self) -> Vec<Option<u8>> {
+        let (headless, volume) = (&self.headless, self.scene.volume);
+        let texels = headless.voxels(volume, VolumeTexture::Occlusion);
+        let valid = headless.mask(volume, VoxelMask::Valid);
+        texels.into_iter().zip(valid).map(|(texel, valid)| valid.then_some(texel)).collect()
     }
 
     /// Image of a frame in which nothing else is changed.
