@@ -1,6 +1,6 @@
 //! Properties of an occlusion method that other modules read from its settings, before any of its passes runs.
 
-use bevy::prelude::*;
+use bevy::{math::DMat3, prelude::*};
 use core::{any::Any, fmt::Debug};
 
 use super::{OcclusionTexels, Sky, lengths::length_mm};
@@ -35,6 +35,13 @@ pub trait MethodSettings: Any + Debug + Send + Sync {
     fn flat_factor(&self, sky: &Sky, geometry: &VolumeGeometry) -> f64 {
         let _ = (sky, geometry);
         1.0
+    }
+
+    /// Axes (columns, volume space) of octants of which octant 7 alone brings light, for [`OcclusionTexels::Octants`].
+    /// By default there are none: octants follow the axes of the grid, and the sky weights them.
+    fn light_axes(&self, geometry: &VolumeGeometry) -> Option<DMat3> {
+        let _ = geometry;
+        None
     }
 
     /// Length, mm, of the path whose opacity counts as a voxel's where the method reads opacities. By default the

@@ -29,6 +29,8 @@ mod step_control;
 #[cfg(feature = "other_methods")]
 mod sweeping;
 mod texels;
+#[cfg(feature = "other_methods")]
+mod turned_grid;
 
 use bevy::{camera::CameraUpdateSystems, ecs::component::RequiredComponentsError, prelude::*};
 
@@ -57,6 +59,8 @@ pub use sky::Sky;
 #[cfg(feature = "other_methods")]
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface};
 pub use texels::OcclusionTexels;
+#[cfg(feature = "other_methods")]
+pub(crate) use turned_grid::TurnedGrid;
 
 use crate::{clip::ClipSystems, volume::Volume3d};
 

@@ -80,6 +80,7 @@ fn the_budget_counts_what_is_allocated() {
         progressive_rays(),
         sweeping(SweepingSurface::Opacity, GeometryTerm::None),
         sweeping(SweepingSurface::Isosurface(130.0), GeometryTerm::Cosine),
+        OcclusionMethod::Sweeping(OcclusionSweeping { light: Some(Vec3::X), ..default() }),
         filtering(DensityEstimate::Gaussian, OpacityModulation::None),
         filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
     ];

@@ -121,8 +121,13 @@ impl Light {
 
 /// Cases of single octants without occlusion, and of several octants with and without it.
 fn cases(surface: SweepingSurface) -> Vec<Case> {
-    let sweeping =
-        |geometry_term, opacity, gamma| OcclusionSweeping { surface, geometry_term, opacity, gamma };
+    let sweeping = |geometry_term, opacity, gamma| OcclusionSweeping {
+        surface,
+        geometry_term,
+        opacity,
+        gamma,
+        light: None,
+    };
     let single = (0..8)
         .map(|octant| Case { sweeping: sweeping(GeometryTerm::Cosine, 0.0, 1.0), sky: Sky::octant(octant) });
     let some = Sky([1.0, 0.0, 2.0, 0.5, 0.0, 0.0, 3.0, 1.0]);

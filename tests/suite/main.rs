@@ -37,6 +37,7 @@ mod languages;
 mod layers;
 mod length_units;
 mod lifecycle;
+mod light_direction;
 mod many_carvers;
 mod methods;
 mod needs;

@@ -344,8 +344,9 @@ fn settings_without_sense_are_harmless() {
             geometry_term: GeometryTerm::BothSides,
             opacity: 1e9,
             gamma: f32::INFINITY,
+            light: Some(Vec3::NAN),
         },
-        OcclusionSweeping { opacity: -1.0, gamma: f32::NAN, ..default() },
+        OcclusionSweeping { opacity: -1.0, gamma: f32::NAN, light: Some(Vec3::ZERO), ..default() },
         OcclusionSweeping { surface: SweepingSurface::Isosurface(f32::NAN), ..default() },
         OcclusionSweeping { surface: SweepingSurface::Isosurface(-f32::INFINITY), opacity: 0.0, ..default() },
     ];

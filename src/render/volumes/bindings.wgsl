@@ -59,8 +59,9 @@ struct VolumeUniform {
     occlusion_scale: f32,
     occlusion_intensity: f32,
     exposure: f32,
-    // For octants, which are drawn by the normal: weights of octants 0 to 3 and of 4 to 7, the largest 1. Then the
-    // exponent of the light that reaches a point, and 1 where surfaces are lit from both sides.
+    // For octants, which are drawn by the normal: their axes (columns, volume space, of unit length), and the weights of
+    // octants 0 to 3 and of 4 to 7, the largest 1. Then the exponent of the light that reaches a point, and 1 where surfaces are lit from both sides.
+    octant_axes: mat3x3<f32>,
     low_octants: vec4<f32>,
     high_octants: vec4<f32>,
     occlusion_power: f32,

@@ -1,12 +1,16 @@
 //! Data of a volume, for every shader (`bindings.wgsl`).
 
-use bevy::{math::DMat4, prelude::*, render::render_resource::ShaderType};
+use bevy::{
+    math::{DMat3, DMat4, DVec3},
+    prelude::*,
+    render::render_resource::ShaderType,
+};
 
 use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{AmbientScale, Optimizations, VolumeLighting, VoxelOpacities},
+    occlusion::{AmbientScale, Optimizations, Sky, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
-    volume::LookupTable,
+    volume::{LookupTable, VolumeGeometry},
 };
 
 /// One volume, as `VolumeUniform` in WGSL.
@@ -45,6 +49,7 @@ pub(crate) struct VolumeUniform {
     occlusion_scale: f32,
     occlusion_intensity: f32,
     exposure: f32,
+    octant_axes: Mat3,
     low_octants: Vec4,
     high_octants: Vec4,
     occlusion_power: f32,
@@ -83,10 +88,15 @@ impl VolumeUniform {
         let draw_step = geometry.spacing_mm.min_element() * f64::from(volume.shading.drawn_step_voxels());
         let is_of_voxels = volume.occlusion.method.kind().is_of_voxels();
         let stride = volume.occlusion.texels().stride();
+        let method = volume.occlusion.method.settings();
+        let drawing = method.drawing();
+        let light_axes = method.light_axes(geometry);
+        let weights = match light_axes {
+            Some(_) => Sky::octant(7).normalized(),
+            None => volume.occlusion.sky.of_grid(geometry),
+        };
         // A surface that faces octants of full weight can get all light.
-        let weights = volume.occlusion.sky.of_grid(geometry);
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
-        let drawing = volume.occlusion.method.settings().drawing();
         let flat_factor = match volume.shading.ambient_scale {
             AmbientScale::FlatSurface => volume.occlusion.flat_factor(geometry),
             AmbientScale::Published => 1.0,
@@ -132,12 +142,20 @@ impl VolumeUniform {
             occlusion_scale: flat_factor.recip() as f32,
             occlusion_intensity,
             exposure,
+            octant_axes: light_axes.unwrap_or_else(|| grid_axes(geometry)).as_mat3(),
             low_octants: Vec4::from_slice(&octants[..4]),
             high_octants: Vec4::from_slice(&octants[4..]),
             occlusion_power: drawing.power,
             both_sides: f32::from(drawing.both_sides),
         }
     }
+}
+
+/// The grid's axes in volume space, of unit length.
+fn grid_axes(geometry: &VolumeGeometry) -> DMat3 {
+    let DMat3 { x_axis, y_axis, z_axis } = geometry.local_from_voxel.matrix3;
+    let [x, y, z] = [x_axis, y_axis, z_axis].map(DVec3::normalize);
+    DMat3::from_cols(x, y, z)
 }
 
 /// Lower and upper bound of intensities with opacity in a table, as the texture gives them. At an end of the table with

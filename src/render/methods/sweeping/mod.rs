@@ -1,6 +1,8 @@
 //! Fast occlusion sweeping (Singh, Yuksel, House 2009). Light goes from voxel to voxel through the whole volume, in
 //! a sweep for each octant of directions. The same sweeps find a distance field.
 //!
+//! A single light comes through a grid turned towards it (section 4.1).
+//!
 //! A sweep goes over tiles of 8x8x8 voxels. Tiles in a plane across the sweep's diagonal do not depend on each other.
 //! Each plane is one dispatch, and the planes follow one another.
 
@@ -8,6 +10,7 @@ mod geometry_term;
 mod passes;
 mod planes;
 pub(in crate::render) mod resources;
+mod sweeps;
 
 use bevy::{
     asset::embedded_asset,

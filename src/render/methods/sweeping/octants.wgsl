@@ -30,10 +30,7 @@ fn high_octants_at(p: vec3<f32>) -> vec3<f32> {
 
 // Share of the light that reaches a point. `inward` points into the surface, volume space.
 fn octants_factor(visible: Octants, inward: vec3<f32>) -> f32 {
-    let local = volume.local_from_voxel;
-    let axes = mat3x3<f32>(normalize(local[0].xyz), normalize(local[1].xyz), normalize(local[2].xyz));
-    // Octants follow the grid's axes.
-    let terms = geometry_terms(-(inward * axes));
+    let terms = geometry_terms(-(inward * volume.octant_axes));
     let low = terms.low + volume.both_sides * terms.high.wzyx;
     let high = terms.high + volume.both_sides * terms.low.wzyx;
     let lit = dot(volume.low_octants * visible.low, low) + dot(volume.high_octants * visible.high, high);

@@ -5,18 +5,20 @@ use bevy::{
     prelude::*,
     render::render_resource::{
         BindGroup, BindGroupEntry, BindGroupLayoutEntry, BindingResource, Buffer, CommandEncoder,
-        PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
+        PipelineCache, ShaderStages, StorageTextureAccess, TextureFormat,
         binding_types::{
-            storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, texture_storage_3d,
-            uniform_buffer,
+            storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d, uniform_buffer,
         },
     },
     shader::ShaderDefVal,
 };
 
 use super::{
-    planes::SweepPlane,
-    resources::{SURFACE_FORMAT, SweepResources, SweepingUniform},
+    resources::{
+        CLIP_PASS, DISTANCES, FOUND, OCCLUSION, SETTINGS, SURFACE, SURFACE_FORMAT, SweepResources,
+        SweepingUniform,
+    },
+    sweeps::{Sweep, SweepKinds},
 };
 use crate::render::{
     gpu::{
@@ -27,37 +29,22 @@ use crate::render::{
     volumes::{clip_pass::ClipPassUniform, layouts::bricks_layout, store::VolumeResources},
 };
 
-/// Binding numbers of a volume's resources, in group 1 of the passes.
-const OPACITIES: u32 = 0;
-const CLIP_PASS: u32 = 2;
-const FACES: u32 = 4;
-const FOUND: u32 = 5;
-const DISTANCES: u32 = 6;
-const OCCLUSION: u32 = 7;
-// Uniforms are behind that of the clip pass (5 in docs/drivers.md).
-const SETTINGS: u32 = 8;
-const PLANE: u32 = 9;
-const SURFACE: u32 = 10;
-
 pub(crate) struct SweepPasses {
     /// Finds differences of intensities from the isovalue. The next pass finds distances of voxels next to the surface.
     measure_differences: ComputePass,
     initialize_distances: ComputePass,
-    sweep_opacities: ComputePass,
-    sweep_isosurface: ComputePass,
-    sweep_distances_alone: ComputePass,
-    collect_factors: ComputePass,
-    collect_octants: ComputePass,
+    sweeps: SweepKinds,
+    /// Of factors and of octants, each from the volume's grid and from a turned grid.
+    collect: [[ComputePass; 2]; 2],
     collect_surface: ComputePass,
 }
 
 impl FromWorld for SweepPasses {
     fn from_world(world: &mut World) -> Self {
+        let sweeps = SweepKinds::from_world(world);
         let stages = ShaderStages::COMPUTE;
-        let opacities = texture_3d(TextureSampleType::Float { filterable: true }).build(OPACITIES, stages);
         let settings = uniform_buffer::<SweepingUniform>(false).build(SETTINGS, stages);
         let coverage = uniform_buffer::<ClipPassUniform>(false).build(CLIP_PASS, stages);
-        let plane = uniform_buffer::<SweepPlane>(true).build(PLANE, stages);
         let written = |binding: u32| storage_buffer_sized(false, None).build(binding, stages);
         let pass = |name, shader, entry_point, defs: &[&'static str], own: &[BindGroupLayoutEntry]| {
             let descriptor = PassDescriptor {
@@ -75,12 +62,9 @@ impl FromWorld for SweepPasses {
         let initialize = |entry_point, own: &[BindGroupLayoutEntry]| {
             pass("contextual_ao_isosurface", isosurface.clone(), entry_point, &[], own)
         };
-        let sweep: Handle<Shader> = load_embedded_asset!(world, "sweep.wgsl");
-        let sweep = |defs: &[&'static str], own: &[BindGroupLayoutEntry]| {
-            pass("contextual_ao_sweep", sweep.clone(), "sweep", defs, own)
-        };
         let collect: Handle<Shader> = load_embedded_asset!(world, "collect.wgsl");
-        let collect = |defs: &[&'static str], format: TextureFormat| {
+        let collect = |octants: Option<&'static str>, turned: Option<&'static str>, format: TextureFormat| {
+            let defs: Vec<_> = octants.into_iter().chain(turned).collect();
             let read = storage_buffer_read_only_sized(false, None).build(FOUND, stages);
             let occlusion =
                 texture_storage_3d(format, StorageTextureAccess::WriteOnly).build(OCCLUSION, stages);
@@ -88,24 +72,24 @@ impl FromWorld for SweepPasses {
                 "contextual_ao_sweep_collect",
                 collect.clone(),
                 "collect",
-                defs,
+                &defs,
                 &[settings, read, occlusion],
             )
         };
+        let factors = world.resource::<Formats>().scalar;
+        let collect = [(None, factors), (Some("OCTANTS"), TextureFormat::Rgba8Unorm)]
+            .map(|(octants, format)| [None, Some("TURNED")].map(|turned| collect(octants, turned, format)));
         let surface = [
             settings,
             storage_buffer_read_only_sized(false, None).build(DISTANCES, stages),
             texture_storage_3d(SURFACE_FORMAT, StorageTextureAccess::WriteOnly).build(SURFACE, stages),
         ];
-        let [faces, found, distances] = [FACES, FOUND, DISTANCES].map(written);
+        let [found, distances] = [FOUND, DISTANCES].map(written);
         Self {
             measure_differences: initialize("measure_differences", &[settings, coverage, found]),
             initialize_distances: initialize("initialize_distances", &[settings, found, distances]),
-            sweep_opacities: sweep(&["LIGHT"], &[opacities, settings, plane, faces, found]),
-            sweep_isosurface: sweep(&["LIGHT", "DISTANCES"], &[settings, plane, faces, found, distances]),
-            sweep_distances_alone: sweep(&["DISTANCES"], &[settings, plane, distances]),
-            collect_factors: collect(&[], world.resource::<Formats>().scalar),
-            collect_octants: collect(&["OCTANTS"], TextureFormat::Rgba8Unorm),
+            sweeps,
+            collect,
             collect_surface: pass(
                 "contextual_ao_sweep_surface",
                 load_embedded_asset!(world, "surface.wgsl"),
@@ -123,35 +107,21 @@ pub(crate) struct SweepJob {
     dimensions: UVec3,
     found: Buffer,
     isosurface: Option<[BindGroup; 2]>,
-    what: Swept,
-    sweep: BindGroup,
-    /// Offsets of the planes' uniforms, and workgroups of the planes.
-    dispatches: Vec<(u32, UVec2)>,
+    sweeps: Vec<Sweep>,
+    /// Whether light is found, not distances alone.
+    finds_light: bool,
     /// Whether each octant's visibility is kept, not their mean.
     keeps_octants: bool,
+    /// Whether the light goes through a turned grid.
+    is_turned: bool,
     collect: BindGroup,
     surface: Option<BindGroup>,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Swept {
-    Opacities,
-    Isosurface,
-    DistancesAlone,
-}
-
 impl SweepPasses {
     pub fn are_ready(&self, cache: &PipelineCache) -> bool {
-        let passes = [
-            &self.measure_differences,
-            &self.initialize_distances,
-            &self.sweep_opacities,
-            &self.sweep_isosurface,
-            &self.sweep_distances_alone,
-            &self.collect_factors,
-            &self.collect_octants,
-            &self.collect_surface,
-        ];
+        let passes = [&self.measure_differences, &self.initialize_distances, &self.collect_surface];
+        let passes = passes.into_iter().chain(self.sweeps.all()).chain(self.collect.iter().flatten());
         are_ready(passes, cache)
     }
 
@@ -166,12 +136,9 @@ impl SweepPasses {
     ) -> Option<SweepJob> {
         let Gpu { device, queue, cache, .. } = gpu;
         sweeping.uniform.write_buffer(device, queue);
-        sweeping.planes.write_buffer(device, queue);
+        sweeping.plan.uniforms.write_buffer(device, queue);
         let settings = (SETTINGS, sweeping.uniform.binding()?);
-        let opacities = (OPACITIES, BindingResource::TextureView(&volume.opacities.view));
         let coverage = (CLIP_PASS, volume.pass.binding()?);
-        let plane = (PLANE, sweeping.planes.binding()?);
-        let faces = (FACES, sweeping.faces.as_entire_binding());
         let found = (FOUND, sweeping.found.as_entire_binding());
         let occlusion = (OCCLUSION, BindingResource::TextureView(&volume.occlusion.view));
         let bind = |pass: &ComputePass, resources: &[(u32, BindingResource)]| {
@@ -179,39 +146,23 @@ impl SweepPasses {
             let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
             pass.bind_entries(&entries.collect::<Vec<_>>(), cache, device)
         };
-        let collect = self.collect(sweeping.keeps_octants);
-        let (what, isosurface, swept) = match &sweeping.distances {
-            None => {
-                let swept = [opacities, settings.clone(), plane, faces, found.clone()];
-                (Swept::Opacities, None, bind(&self.sweep_opacities, &swept))
-            }
-            Some(distances) => {
-                let distances = (DISTANCES, distances.as_entire_binding());
-                let measured = [settings.clone(), coverage, found.clone()];
-                let initialized = [settings.clone(), found.clone(), distances.clone()];
-                let isosurface = [
-                    bind(&self.measure_differences, &measured),
-                    bind(&self.initialize_distances, &initialized),
-                ];
-                let (what, swept) = if distances_alone {
-                    let swept = [settings.clone(), plane, distances];
-                    (Swept::DistancesAlone, bind(&self.sweep_distances_alone, &swept))
-                } else {
-                    let swept = [settings.clone(), plane, faces, found.clone(), distances];
-                    (Swept::Isosurface, bind(&self.sweep_isosurface, &swept))
-                };
-                (what, Some(isosurface), swept)
-            }
-        };
+        let is_turned = sweeping.plan.cells().is_some();
+        let collect = self.collect(sweeping.keeps_octants, is_turned);
+        let isosurface = sweeping.distances.as_ref().map(|distances| {
+            let distances = (DISTANCES, distances.as_entire_binding());
+            let measured = [settings.clone(), coverage, found.clone()];
+            let initialized = [settings.clone(), found.clone(), distances];
+            [bind(&self.measure_differences, &measured), bind(&self.initialize_distances, &initialized)]
+        });
         Some(SweepJob {
             volume: group.clone(),
             dimensions: sweeping.dimensions,
             found: sweeping.found.clone(),
             isosurface,
-            what,
-            sweep: swept,
-            dispatches: sweeping.sweeps(what != Swept::Opacities).collect(),
+            sweeps: self.sweeps.plan(volume, sweeping, distances_alone, gpu)?,
+            finds_light: !distances_alone || sweeping.distances.is_none(),
             keeps_octants: sweeping.keeps_octants,
+            is_turned,
             collect: bind(collect, &[settings.clone(), found, occlusion]),
             surface: sweeping.distances.as_ref().zip(sweeping.surface.as_ref()).map(
                 |(distances, surface)| {
@@ -223,8 +174,8 @@ impl SweepPasses {
         })
     }
 
-    fn collect(&self, keeps_octants: bool) -> &ComputePass {
-        if keeps_octants { &self.collect_octants } else { &self.collect_factors }
+    fn collect(&self, keeps_octants: bool, is_turned: bool) -> &ComputePass {
+        &self.collect[usize::from(keeps_octants)][usize::from(is_turned)]
     }
 
     pub fn encode(&self, encoder: &mut CommandEncoder, job: &SweepJob, cache: &PipelineCache) {
@@ -234,18 +185,14 @@ impl SweepPasses {
             self.measure_differences.encode(encoder, [volume, measured], voxels, cache);
             self.initialize_distances.encode(encoder, [volume, initialized], voxels, cache);
         }
-        if job.what != Swept::DistancesAlone {
+        if job.finds_light {
             encoder.clear_buffer(&job.found, 0, None);
         }
-        let sweep = match job.what {
-            Swept::Opacities => &self.sweep_opacities,
-            Swept::Isosurface => &self.sweep_isosurface,
-            Swept::DistancesAlone => &self.sweep_distances_alone,
-        };
-        let steps = job.dispatches.iter().copied();
-        sweep.encode_steps(encoder, [volume, &job.sweep], steps, cache);
-        if job.what != Swept::DistancesAlone {
-            let collect = self.collect(job.keeps_octants);
+        for sweep in &job.sweeps {
+            self.sweeps.encode(encoder, volume, sweep, cache);
+        }
+        if job.finds_light {
+            let collect = self.collect(job.keeps_octants, job.is_turned);
             collect.encode(encoder, [volume, &job.collect], voxels, cache);
         }
         if let Some(surface) = &job.surface {

@@ -1,23 +1,21 @@
 //! Resources that sweeping keeps on the GPU for a volume, and its settings (`sweeping.wgsl`).
 
 use bevy::{
+    math::{DAffine3, DMat4},
     prelude::*,
     render::{
         render_resource::{
-            Buffer, BufferDescriptor, BufferUsages, DynamicUniformBuffer, ShaderType, TextureFormat,
-            TextureUsages, TextureView, TextureViewDimension, UniformBuffer,
+            Buffer, BufferDescriptor, BufferUsages, ShaderType, TextureFormat, TextureUsages, TextureView,
+            TextureViewDimension, UniformBuffer,
         },
         renderer::RenderDevice,
     },
 };
 
-use super::{
-    geometry_term::geometry_term_table,
-    planes::{SweepPlane, planes, tile_counts},
-};
+use super::{geometry_term::geometry_term_table, planes::SweepPlan};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::OcclusionSweeping,
+    occlusion::{OcclusionSweeping, Sky, TurnedGrid},
     render::{
         extract::ExtractedVolume,
         gpu::{
@@ -31,6 +29,18 @@ use crate::{
     volume::Rescale,
 };
 
+/// Binding numbers of a volume's resources, in group 1 of the passes.
+pub(super) const OPACITIES: u32 = 0;
+pub(super) const CLIP_PASS: u32 = 2;
+pub(super) const FACES: u32 = 4;
+pub(super) const FOUND: u32 = 5;
+pub(super) const DISTANCES: u32 = 6;
+pub(super) const OCCLUSION: u32 = 7;
+// Uniforms are behind that of the clip pass (5 in docs/drivers.md).
+pub(super) const SETTINGS: u32 = 8;
+pub(super) const PLANE: u32 = 9;
+pub(super) const SURFACE: u32 = 10;
+
 /// Format of the texture by which a surface is drawn. All devices filter and write it.
 pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
@@ -39,7 +49,10 @@ pub(super) const SURFACE_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 pub(crate) struct SweepingUniform {
     weights: [Vec4; 2],
     spacing_mm: Vec3,
-    smallest_spacing_mm: f32,
+    fade_mm: f32,
+    cell_from_voxel: Mat4,
+    voxel_from_cell: Mat4,
+    cells: UVec3,
     transmittance_exponent: f32,
     opacity: f32,
     power: f32,
@@ -52,14 +65,11 @@ pub(crate) struct SweepingUniform {
 /// Buffers of one volume.
 pub(crate) struct SweepResources {
     pub uniform: UniformBuffer<SweepingUniform>,
-    /// Uniforms of all planes of all octants.
-    pub planes: DynamicUniformBuffer<SweepPlane>,
-    /// Offset of each plane's uniform, and its workgroups, octant by octant.
-    pub dispatches: Vec<(u32, UVec2)>,
+    pub plan: SweepPlan,
     /// Light on its way from tile to tile: a number for every column along each axis.
     pub faces: Buffer,
-    /// Visibility of every voxel: the octants' mean, or eight bytes. Before the sweeps, differences of intensities from
-    /// the isovalue.
+    /// Visibility of every voxel: the octants' mean, or eight bytes. From a turned grid, that of every cell. Before the
+    /// sweeps, differences of intensities from the isovalue.
     pub found: Buffer,
     /// Signed distance of every voxel from the surface at the isovalue, mm, if this surface occludes.
     pub distances: Option<Buffer>,
@@ -104,10 +114,13 @@ impl SweepResources {
     /// Keeps the resources that fit a volume's settings, or makes new ones.
     pub fn kept(kept: Option<Self>, volume: &KeptVolume, gpu: &Gpu) -> Self {
         let settings: OcclusionSweeping = volume.settings().copied().unwrap_or_default();
+        let turned = settings.turned_grid(volume.geometry());
+        let cells = turned.map(|grid| grid.cells);
         let fits = |kept: &Self| {
             kept.distances.is_some() == settings.surface.isovalue().is_some()
                 && kept.surface.is_some() == settings.draws_surface()
                 && kept.keeps_octants == settings.keeps_octants()
+                && kept.plan.cells().is_some() == settings.light.is_some()
         };
         // First free, then allocate.
         let kept = kept.filter(fits);
@@ -115,16 +128,23 @@ impl SweepResources {
             if settings.keeps_octants() {
                 volume.resources.lookup_table.write_method_rows(&geometry_term_table(), &gpu.queue);
             }
-            Self::new(volume.dimensions(), &settings, &gpu.device)
+            Self::new(volume.dimensions(), &settings, cells, &gpu.device)
         });
+        if kept.plan.cells() != cells {
+            kept.plan = SweepPlan::new(volume.dimensions(), cells);
+        }
         let stored = (volume.resources.rescale, volume.resources.gpu_volume.largest_stored);
-        kept.uniform.set(uniform(&settings, volume.volume, stored));
+        kept.uniform.set(uniform(&settings, turned, volume.volume, stored));
         kept
     }
 
-    fn new(dimensions: UVec3, settings: &OcclusionSweeping, device: &RenderDevice) -> Self {
+    fn new(
+        dimensions: UVec3,
+        settings: &OcclusionSweeping,
+        cells: Option<UVec3>,
+        device: &RenderDevice,
+    ) -> Self {
         let [faces, found, distances] = settings.buffer_bytes(dimensions);
-        let tiles = tile_counts(dimensions);
         let buffer = |label, size| {
             device.create_buffer(&BufferDescriptor {
                 label: Some(label),
@@ -133,13 +153,9 @@ impl SweepResources {
                 mapped_at_creation: false,
             })
         };
-        let mut uniforms = DynamicUniformBuffer::default();
-        let all = (0..8).flat_map(|octant| planes(octant, tiles));
-        let dispatches = all.map(|(plane, groups)| (uniforms.push(&plane), groups)).collect();
         Self {
             uniform: default(),
-            planes: uniforms,
-            dispatches,
+            plan: SweepPlan::new(dimensions, cells),
             faces: buffer("contextual_ao_sweep_faces", faces),
             found: buffer("contextual_ao_sweep_found", found),
             distances: (distances > 0).then(|| buffer("contextual_ao_sweep_distances", distances)),
@@ -157,46 +173,56 @@ impl SweepResources {
             computed: default(),
         }
     }
+}
 
-    /// Dispatches of the sweeps from octants that bring light, or from all octants.
-    pub fn sweeps(&self, all: bool) -> impl Iterator<Item = (u32, UVec2)> + '_ {
-        let weights = self.uniform.get().weights;
-        let octants = self.dispatches.chunks(self.dispatches.len() / 8).enumerate();
-        let needed = octants.filter(move |(octant, _)| all || weights[octant / 4][octant % 4] > 0.0);
-        needed.flat_map(|(_, sweep)| sweep.iter().copied())
+impl SweepResources {
+    /// Whether light comes from an octant of the volume's grid.
+    pub fn has_light(&self, octant: usize) -> bool {
+        self.uniform.get().weights[octant / 4][octant % 4] > 0.0
     }
 }
 
 /// Length of ways along the axes, over that of straight ways.
 const LATTICE_DETOUR: f64 = 1.5;
 
-/// Settings as shaders read them. `rescale` converts stored intensities to the file's units. The texture gives
-/// `largest_stored` as 1.
+/// Settings as shaders read them, with the grid of the light if it is not the volume's. `rescale` converts stored
+/// intensities to the file's units. The texture gives `largest_stored` as 1.
 fn uniform(
     settings: &OcclusionSweeping,
+    turned: Option<TurnedGrid>,
     volume: &ExtractedVolume,
     (rescale, largest_stored): (Rescale, f64),
 ) -> SweepingUniform {
-    let spacing_mm = volume.geometry.spacing_mm;
-    let step_mm = volume.occlusion.step_length_mm(&volume.geometry);
+    let geometry = &volume.geometry;
+    let spacing_mm = geometry.spacing_mm;
+    let step_mm = volume.occlusion.step_length_mm(geometry);
     // Light takes equally many steps along each axis. On average a step crosses the mean of the spacings. Steps along
     // axes are longer than the straight way, by the mean of |x| + |y| + |z| over all directions.
-    let voxel_mm = spacing_mm.element_sum() / 3.0 / LATTICE_DETOUR;
+    let mean_mm = turned.map_or(spacing_mm.element_sum() / 3.0, |grid| grid.cell_mm);
     let side = rescale.slope.signum();
     let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
     let isovalue = settings.surface.isovalue().map_or(0.0, stored);
-    let weights = volume.occlusion.sky.of_grid(&volume.geometry);
+    let weights = match turned {
+        Some(_) => Sky::octant(7).normalized(),
+        None => volume.occlusion.sky.of_grid(geometry),
+    };
+    let cell_from_voxel =
+        turned.map_or(DAffine3::IDENTITY, |grid| grid.cell_from_local * geometry.local_from_voxel);
     SweepingUniform {
         weights: [Vec4::from_slice(&weights[..4]), Vec4::from_slice(&weights[4..])],
         spacing_mm: spacing_mm.as_vec3(),
-        smallest_spacing_mm: spacing_mm.min_element() as f32,
-        transmittance_exponent: (voxel_mm / step_mm) as f32,
+        fade_mm: turned.map_or(spacing_mm.min_element(), |grid| grid.cell_mm) as f32,
+        cell_from_voxel: DMat4::from(cell_from_voxel).as_mat4(),
+        voxel_from_cell: DMat4::from(cell_from_voxel.inverse()).as_mat4(),
+        cells: turned.map_or(geometry.dimensions, |grid| grid.cells),
+        transmittance_exponent: (mean_mm / LATTICE_DETOUR / step_mm) as f32,
         opacity: settings.opacity,
         power: settings.gamma.recip(),
         // Intensities are from 0 to 1.
         isovalue: isovalue.clamp(-2.0, 2.0) as f32,
         side: side as f32,
-        keeps_octants: settings.keeps_octants().into(),
-        least_stretch: volume.geometry.least_stretch() as f32,
+        // The light of a turned grid is that of one octant, and kept as it is.
+        keeps_octants: (settings.keeps_octants() && turned.is_none()).into(),
+        least_stretch: geometry.least_stretch() as f32,
     }
 }

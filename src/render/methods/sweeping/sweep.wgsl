@@ -10,11 +10,14 @@
 //
 // Tiles are the same for every direction of sweeping. At the grid's far ends they are incomplete, and their part
 // outside is empty.
+//
+// TURNED: the grid is one of cells around the volume (section 4.1), and light comes from octant 7. Opacities or
+// distances are interpolated between voxels.
 
 #import bevy_contextual_ao::{
-    density::clipped_opacity,
-    sweeping::{FAR, sweeping},
-    volume_bindings::{volume, voxel_index},
+    density::{clipped_opacity, opacities},
+    sweeping::{FAR, corner_of, sweeping},
+    volume_bindings::{edge_sampler, volume},
 }
 
 struct Plane {
@@ -42,10 +45,26 @@ var<workgroup> light: array<f32, 128>;
 #ifdef DISTANCES
 @group(1) @binding(6) var<storage, read_write> signed_distances: array<f32>;
 var<workgroup> near: array<f32, 128>;
+#else ifdef BY_DISTANCE
+@group(1) @binding(6) var<storage, read> signed_distances: array<f32>;
 #endif
 
+// Numbers of voxels or cells along each axis.
+fn grid_size() -> vec3<u32> {
+#ifdef TURNED
+    return sweeping.cells;
+#else
+    return volume.dimensions;
+#endif
+}
+
+fn grid_index(place: vec3<u32>) -> u32 {
+    let size = grid_size();
+    return (place.z * size.y + place.y) * size.x + place.x;
+}
+
 fn tile_counts() -> vec3<u32> {
-    return (volume.dimensions + TILE - 1u) / TILE;
+    return (grid_size() + TILE - 1u) / TILE;
 }
 
 // The voxel at a place in the order of the sweep, which begins where the light enters.
@@ -81,8 +100,8 @@ fn collect(index: u32, visibility: f32) {
 fn distance_at(place: vec3<u32>) -> f32 {
     let voxel = voxel_at(place);
     var distance = FAR;
-    if all(voxel < volume.dimensions) {
-        distance = abs(signed_distances[voxel_index(voxel)]);
+    if all(voxel < grid_size()) {
+        distance = abs(signed_distances[grid_index(voxel)]);
     }
     return distance;
 }
@@ -119,18 +138,53 @@ fn larger_root(s: vec3<f32>) -> f32 {
 }
 #endif
 
-// Share of the light that a voxel lets through. By distances the share is equation 7, for the smallest spacing. Sweeps
-// find only distances beyond half of this spacing, so that the share is known from the beginning.
-#ifdef DISTANCES
-fn transmittance(voxel: vec3<u32>) -> f32 {
-    let opaque = 1.0 - saturate(signed_distances[voxel_index(voxel)] / sweeping.smallest_spacing_mm + 0.5);
+#ifdef BY_DISTANCE
+// Opaque share at a signed distance from the surface: equation 7.
+fn opaque_at(distance_mm: f32) -> f32 {
+    return 1.0 - saturate(distance_mm / sweeping.fade_mm + 0.5);
+}
 #else
-fn transmittance(voxel: vec3<u32>) -> f32 {
-    let clear = 1.0 - clipped_opacity(voxel);
-    let opaque = 1.0 - select(0.0, pow(clear, sweeping.transmittance_exponent), clear > 0.0);
+// Opaque share of a way through a voxel or a cell, from the opacity of an occlusion step.
+fn opaque_through(opacity: f32) -> f32 {
+    let clear = 1.0 - opacity;
+    return 1.0 - select(0.0, pow(clear, sweeping.transmittance_exponent), clear > 0.0);
+}
 #endif
-    // Equation 8.
-    return 1.0 - opaque * sweeping.opacity;
+
+#ifdef TURNED
+// Opaque share at the centre of a cell.
+fn opaque_share(cell: vec3<u32>) -> f32 {
+    let place = (sweeping.voxel_from_cell * vec4(vec3<f32>(cell), 1.0)).xyz;
+    let size = vec3<f32>(volume.dimensions);
+    if any(place < vec3(-0.5)) || any(place > size - 0.5) {
+        return 0.0;
+    }
+#ifdef BY_DISTANCE
+    var distance_mm = 0.0;
+    for (var k = 0u; k < 8u; k += 1u) {
+        let corner = corner_of(place, volume.dimensions, k);
+        distance_mm += corner.weight * signed_distances[corner.index];
+    }
+    return opaque_at(distance_mm);
+#else
+    return opaque_through(textureSampleLevel(opacities, edge_sampler, (place + 0.5) / size, 0.0).r);
+#endif
+}
+#else
+// Opaque share of a voxel. Sweeps find only distances beyond half of the width over which light fades, so that this share is
+// known from the beginning.
+fn opaque_share(voxel: vec3<u32>) -> f32 {
+#ifdef BY_DISTANCE
+    return opaque_at(signed_distances[grid_index(voxel)]);
+#else
+    return opaque_through(clipped_opacity(voxel));
+#endif
+}
+#endif
+
+// Share of the light that a voxel or a cell lets through: equation 8.
+fn transmittance(place: vec3<u32>) -> f32 {
+    return 1.0 - opaque_share(place) * sweeping.opacity;
 }
 
 @compute @workgroup_size(8, 8, 1)
@@ -158,7 +212,7 @@ fn sweep(
         if local.z < TILE && layer < tile_counts().z {
             let place = origin + local;
             let voxel = voxel_at(place);
-            let is_inside = all(voxel < volume.dimensions);
+            let is_inside = all(voxel < grid_size());
 #ifdef LIGHT
             let columns = face_indices(place);
             var arriving = vec3(1.0, 1.0, light_along);
@@ -178,7 +232,7 @@ fn sweep(
             light_along = 1.0;
             if is_inside {
                 let visibility = (arriving.x + arriving.y + arriving.z) / 3.0;
-                collect(voxel_index(voxel), visibility);
+                collect(grid_index(voxel), visibility);
                 light_along = visibility * transmittance(voxel);
             }
             light[here] = light_along;
@@ -209,7 +263,7 @@ fn sweep(
             }
             near_along = FAR;
             if is_inside {
-                let index = voxel_index(voxel);
+                let index = grid_index(voxel);
                 let known = signed_distances[index];
                 near_along = abs(known);
                 let beyond = distance_beyond(neighbors);
