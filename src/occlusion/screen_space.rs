@@ -41,6 +41,20 @@ impl ScreenSpaceOcclusion {
     /// Diagnostics span of the passes over all shaded views. They run after drawing.
     pub const SPAN: &str = "contextual_ao/screen_space";
 
+    /// The settings that VTK's authors recommend (Kitware 2023): 128 samples, a radius of a tenth of the diagonal of the
+    /// scene's bounding box, here that of a volume's, a bias of a thousandth, and VTK's blur.
+    pub fn recommended(geometry: &VolumeGeometry) -> Self {
+        let [first, .., last] = geometry.corners();
+        let diagonal_mm = first.distance(last) as f32;
+        Self {
+            radius_mm: Some(0.1 * diagonal_mm),
+            bias_mm: Some(0.001 * diagonal_mm),
+            samples: 128,
+            blur: ScreenSpaceBlur::Gaussian,
+            ..Self::default()
+        }
+    }
+
     /// Limits these settings to their valid ranges.
     pub(crate) fn clamped(&self) -> Self {
         let length = |mm: Option<f32>| mm.map(|mm| within(mm, Self::MAX_RADIUS_MM));

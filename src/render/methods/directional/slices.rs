@@ -27,13 +27,52 @@ use crate::render::{
     windows::WindowUniform,
 };
 
-/// Passes of views with one sample a pixel, and with several.
+/// The passes over slices, by their variants.
 #[derive(Resource)]
 pub(crate) struct DirectionalPasses {
-    single: ComputePass,
-    multisampled: ComputePass,
+    passes: [ComputePass; SlicesVariant::COUNT],
     /// Layout of the number of a slice.
     number_layout: BindGroupLayoutDescriptor,
+}
+
+/// What tells the pipelines apart. A pipeline that is lit and follows the gradient draws any volume. Others leave out
+/// many reads of neighbouring voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SlicesVariant {
+    /// Whether the view has several samples a pixel.
+    pub is_multisampled: bool,
+    pub is_lit: bool,
+    /// Whether the transfer function follows the gradient.
+    pub by_gradient: bool,
+}
+
+impl SlicesVariant {
+    const COUNT: usize = 8;
+
+    fn all() -> [Self; Self::COUNT] {
+        let bit = |index: usize, bit: u32| index >> bit & 1 == 1;
+        core::array::from_fn(|index| Self {
+            is_multisampled: bit(index, 0),
+            is_lit: bit(index, 1),
+            by_gradient: bit(index, 2),
+        })
+    }
+
+    fn index(self) -> usize {
+        usize::from(self.is_multisampled) + 2 * usize::from(self.is_lit) + 4 * usize::from(self.by_gradient)
+    }
+
+    /// The variant that draws any volume in the same views.
+    fn of_any_volume(self) -> Self {
+        Self { is_lit: true, by_gradient: true, ..self }
+    }
+
+    fn shader_defs(self) -> impl Iterator<Item = &'static str> {
+        let multisampled = self.is_multisampled.then_some("MULTISAMPLED");
+        let lit = self.is_lit.then_some("LIT");
+        let by_gradient = self.by_gradient.then_some("BY_GRADIENT");
+        [multisampled, lit, by_gradient].into_iter().flatten()
+    }
 }
 
 /// The slices of one volume in one view.
@@ -44,7 +83,7 @@ pub(super) struct SlicesJob {
     pub number: BindGroup,
     pub count: u32,
     pub pixels: UVec2,
-    pub is_multisampled: bool,
+    pub variant: SlicesVariant,
 }
 
 impl FromWorld for DirectionalPasses {
@@ -55,8 +94,11 @@ impl FromWorld for DirectionalPasses {
             &BindGroupLayoutEntries::single(stages, storage_buffer_read_only::<u32>(true)),
         );
         let shader: Handle<Shader> = load_embedded_asset!(world, "slices.wgsl");
-        let pass = |is_multisampled: bool| {
-            let depths = if is_multisampled { texture_depth_2d_multisampled() } else { texture_depth_2d() };
+        let pass = |variant: SlicesVariant| {
+            let depths = match variant.is_multisampled {
+                true => texture_depth_2d_multisampled(),
+                false => texture_depth_2d(),
+            };
             let own = BindGroupLayoutEntries::sequential(
                 stages,
                 (
@@ -72,11 +114,7 @@ impl FromWorld for DirectionalPasses {
             let descriptor = PassDescriptor {
                 name: "contextual_ao_directional",
                 shader: shader.clone(),
-                shader_defs: ["LIT", "BY_GRADIENT"]
-                    .into_iter()
-                    .chain(is_multisampled.then_some("MULTISAMPLED"))
-                    .map(Into::into)
-                    .collect(),
+                shader_defs: variant.shader_defs().map(Into::into).collect(),
                 before: vec![lit_layout()],
                 own: &own,
                 behind: vec![number_layout.clone()],
@@ -85,17 +123,21 @@ impl FromWorld for DirectionalPasses {
             };
             ComputePass::new(world, descriptor)
         };
-        Self { single: pass(false), multisampled: pass(true), number_layout }
+        Self { passes: SlicesVariant::all().map(pass), number_layout }
     }
 }
 
 impl DirectionalPasses {
+    /// Whether any volume can be drawn.
     pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        are_ready([&self.single, &self.multisampled], cache)
+        let of_any = SlicesVariant::all().into_iter().filter(|variant| *variant == variant.of_any_volume());
+        are_ready(of_any.map(|variant| &self.passes[variant.index()]), cache)
     }
 
-    fn pass(&self, is_multisampled: bool) -> &ComputePass {
-        if is_multisampled { &self.multisampled } else { &self.single }
+    /// The pass of a variant, or until its pipeline is ready that of any volume.
+    fn pass(&self, variant: SlicesVariant, cache: &PipelineCache) -> &ComputePass {
+        let own = &self.passes[variant.index()];
+        if own.is_ready(cache) { own } else { &self.passes[variant.of_any_volume().index()] }
     }
 
     /// The bind groups of even and of odd slices.
@@ -103,7 +145,8 @@ impl DirectionalPasses {
         &self,
         [window, slicing]: [BindingResource; 2],
         buffers: &Buffers,
-        (depths, is_multisampled): (&TextureView, bool),
+        depths: &TextureView,
+        variant: SlicesVariant,
         cache: &PipelineCache,
         device: &RenderDevice,
     ) -> [BindGroup; 2] {
@@ -113,7 +156,7 @@ impl DirectionalPasses {
             let tile_states = buffers.tile_states.as_entire_binding();
             let resources =
                 (window.clone(), slicing.clone(), eye, &before.view, &behind.view, depths, tile_states);
-            self.pass(is_multisampled).bind(resources, cache, device)
+            self.passes[variant.index()].bind(resources, cache, device)
         })
     }
 
@@ -134,7 +177,7 @@ impl DirectionalPasses {
 
     /// Encodes the pass over all slices, front to back.
     pub(super) fn encode(&self, encoder: &mut CommandEncoder, job: &SlicesJob, cache: &PipelineCache) {
-        let Some(mut pass) = self.pass(job.is_multisampled).begin(encoder, cache) else {
+        let Some(mut pass) = self.pass(job.variant, cache).begin(encoder, cache) else {
             return;
         };
         pass.set_bind_group(0, &*job.volume, &[]);

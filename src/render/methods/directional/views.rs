@@ -14,12 +14,12 @@ use bevy::{
 use super::{
     buffers::{Buffers, DirectionalBuffers},
     composite::{CompositeJob, CompositeKey, CompositePipeline, ViewKind, ViewResources},
-    slices::{DirectionalPasses, SlicesJob},
+    slices::{DirectionalPasses, SlicesJob, SlicesVariant},
     slicing::{Slicing, SlicingData},
 };
 use crate::{
     diagnostics::ReportChannel,
-    occlusion::DirectionalOcclusion,
+    occlusion::{DirectionalOcclusion, VolumeLighting},
     render::{
         extract::{ExtractedScene, ExtractedVolume},
         gpu::{
@@ -54,6 +54,8 @@ struct DirectionalJob {
 /// A volume in a window of a view.
 struct Shown<'a> {
     volume: &'a VolumeResources,
+    is_lit: bool,
+    by_gradient: bool,
     key: VolumeInView,
     window: WindowUniform,
     slicing: Slicing,
@@ -100,7 +102,14 @@ pub(super) fn prepare_views(
         shown.extend(windows.onto(volume.entity).iter().filter_map(|view| {
             let slicing = Slicing::of(volume, settings, &view.uniform)?;
             let key = (view.view, volume.entity);
-            Some(Shown { volume: resources, key, window: view.uniform, slicing })
+            Some(Shown {
+                volume: resources,
+                is_lit: volume.shading.lighting != VolumeLighting::Unlit,
+                by_gradient: volume.by_gradient,
+                key,
+                window: view.uniform,
+                slicing,
+            })
         }));
     }
     let largest = shown.iter().map(|shown| shown.window.end - shown.window.first);
@@ -136,7 +145,11 @@ impl Passes<'_> {
         let Gpu { device, cache, .. } = &*gpu;
         let (prepass, kind) = view?;
         let key = CompositeKey::of(kind);
-        let depths = (prepass.depth_view()?, key.samples > 1);
+        let variant = SlicesVariant {
+            is_multisampled: key.samples > 1,
+            is_lit: shown.is_lit,
+            by_gradient: shown.by_gradient,
+        };
         let uniforms = &mut **uniforms;
         let window = uniforms.windows.write(shown.key, shown.window, gpu)?;
         let slicing = uniforms.slicings.of(shown.key);
@@ -152,14 +165,15 @@ impl Passes<'_> {
                 slices: slices.bind_slices(
                     [window.clone(), slicing.binding()?],
                     buffers,
-                    depths,
+                    prepass.depth_view()?,
+                    variant,
                     cache,
                     device,
                 ),
                 number: slices.bind_numbers(buffers, cache, device),
                 count: shown.slicing.count,
                 pixels: end - first,
-                is_multisampled: depths.1,
+                variant,
             },
             composite: CompositeJob {
                 pipeline: pipelines.specialize(cache, composite, key),

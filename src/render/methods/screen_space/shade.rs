@@ -42,8 +42,8 @@ pub(crate) fn shade_view(
     frame.pass(ScreenSpaceOcclusion::SPAN, [job], |encoder, job| {
         let pixels = Groups::Pixels(job.size);
         passes.surfaces.opaque(job.depth_samples).encode(encoder, [&job.opaque], pixels, &cache);
-        for groups in &job.volumes {
-            passes.surfaces.volume.encode(encoder, groups, pixels, &cache);
+        for (groups, by_gradient) in &job.volumes {
+            passes.surfaces.volume(*by_gradient).encode(encoder, groups, pixels, &cache);
         }
         passes.occlusion.encode(encoder, [&job.occlusion], pixels, &cache);
         let colors = target.get_unsampled_color_attachment();

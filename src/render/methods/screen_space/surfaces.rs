@@ -26,7 +26,8 @@ use crate::render::{
 pub(super) struct SurfacePasses {
     /// Passes without a depth prepass, with one, and with a multisampled one.
     opaque: [ComputePass; 3],
-    pub volume: ComputePass,
+    /// For transfer functions of the intensity alone, and for others.
+    volume: [ComputePass; 2],
 }
 
 impl FromWorld for SurfacePasses {
@@ -64,26 +65,34 @@ impl FromWorld for SurfacePasses {
                 written,
             ),
         );
-        let descriptor = PassDescriptor {
-            name: "contextual_ao_volume_surface",
-            shader: load_embedded_asset!(world, "volume_surface.wgsl"),
-            shader_defs: vec!["BY_GRADIENT".into()],
-            before: vec![lit_layout()],
-            own: &own,
-            ..default()
+        let volume = |by_gradient: bool| {
+            let descriptor = PassDescriptor {
+                name: "contextual_ao_volume_surface",
+                shader: load_embedded_asset!(world, "volume_surface.wgsl"),
+                shader_defs: by_gradient.then(|| "BY_GRADIENT".into()).into_iter().collect(),
+                before: vec![lit_layout()],
+                own: &own,
+                ..default()
+            };
+            ComputePass::new(world, descriptor)
         };
-        Self { opaque, volume: ComputePass::new(world, descriptor) }
+        Self { opaque, volume: [false, true].map(volume) }
     }
 }
 
 impl SurfacePasses {
     pub fn all(&self) -> impl Iterator<Item = &ComputePass> {
-        self.opaque.iter().chain([&self.volume])
+        self.opaque.iter().chain(&self.volume)
     }
 
     /// The pass over opaque meshes, for a view's depth prepass with this number of samples; 0 without a prepass.
     pub fn opaque(&self, samples: u32) -> &ComputePass {
         &self.opaque[samples.min(2) as usize]
+    }
+
+    /// The pass over a volume whose transfer function follows the gradient, or not.
+    pub fn volume(&self, by_gradient: bool) -> &ComputePass {
+        &self.volume[usize::from(by_gradient)]
     }
 
     /// Binds a volume and a window of a view onto it. The pass reads the surfaces `before` and writes `written`.
@@ -95,6 +104,6 @@ impl SurfacePasses {
         gpu: &Gpu,
     ) -> Option<[BindGroup; 2]> {
         let own = (window, opacity_threshold, before, written);
-        Some([volume.groups()?.lit.clone(), self.volume.bind(own, &gpu.cache, &gpu.device)])
+        Some([volume.groups()?.lit.clone(), self.volume(false).bind(own, &gpu.cache, &gpu.device)])
     }
 }

@@ -62,8 +62,8 @@ pub(crate) struct ViewJob {
     /// Number of samples of the depth prepass; 0 without a prepass.
     pub depth_samples: u32,
     pub opaque: BindGroup,
-    /// Bind groups of each volume.
-    pub volumes: Vec<[BindGroup; 2]>,
+    /// Bind groups of each volume, and whether its transfer function follows the gradient.
+    pub volumes: Vec<([BindGroup; 2], bool)>,
     pub occlusion: BindGroup,
     pub darken: BindGroup,
     pub darken_pipeline: CachedRenderPipelineId,
@@ -75,6 +75,7 @@ struct SeenVolume<'a> {
     resources: &'a VolumeResources,
     window: WindowUniform,
     settings: ScreenSpaceOcclusion,
+    by_gradient: bool,
     /// In world units.
     radius: f32,
     bias: f32,
@@ -119,9 +120,9 @@ pub(crate) fn prepare_views(
             continue;
         }
         for view in windows.onto(volume.entity) {
-            let (entity, window) = (volume.entity, view.uniform);
+            let (entity, window, by_gradient) = (volume.entity, view.uniform, volume.by_gradient);
             let seen = seen.entry(view.view).or_default();
-            seen.push(SeenVolume { entity, resources, window, settings, radius, bias });
+            seen.push(SeenVolume { entity, resources, window, settings, by_gradient, radius, bias });
         }
     }
     for (entity, volumes) in seen {
@@ -187,7 +188,8 @@ impl JobParts<'_> {
             let window = uniforms.windows.write(key, volume.window, gpu)?;
             let threshold = uniforms.thresholds.write(key, volume.settings.opacity_threshold, gpu)?;
             let between = [&surfaces[k % 2], &surfaces[(k + 1) % 2]];
-            passes.surfaces.bind_volume(volume.resources, [window, threshold], between, gpu)
+            let groups = passes.surfaces.bind_volume(volume.resources, [window, threshold], between, gpu)?;
+            Some((groups, volume.by_gradient))
         };
         let volumes = volumes.iter().enumerate().map(bind_volume).collect::<Option<_>>()?;
         let darken = device.create_bind_group(
