@@ -77,6 +77,16 @@ impl Shot {
         Errors::of(self.occlusion.iter().zip(&truth.occlusion).filter_map(|(a, b)| Some(((*a)?, (*b)?))))
     }
 
+    /// Mean error of each pixel's colours against `truth`, as a share of the range.
+    pub fn error_picture(&self, truth: &Self) -> Vec<f32> {
+        let pixels = self.image.chunks(4).zip(truth.image.chunks(4));
+        let mean = |(a, b): (&[u8], &[u8])| {
+            let sum: u32 = a.iter().zip(b).take(3).map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
+            sum as f32 / (3.0 * 255.0)
+        };
+        pixels.map(mean).collect()
+    }
+
     /// Errors of the colours against `truth`, over all pixels.
     pub fn pixel_errors(&self, truth: &Self) -> Errors {
         let colors = |shot: &Self| shot.image.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();

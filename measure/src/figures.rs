@@ -56,6 +56,15 @@ impl FrameTimes {
         steps.iter().map(|span| self.of(span)).sum()
     }
 
+    /// Times of the parts of figure 10 of the paper: clipping (step IV), ray cast (V), rendering (VI), and the rest.
+    pub fn breakdown(&self) -> [f64; 4] {
+        let sum = |spans: &[&str]| spans.iter().map(|span| self.of(span)).sum::<f64>();
+        let clipping = sum(&[SPAN_CULL, SPAN_CLIP]);
+        let cast = sum(&[SPAN_DISTANCES, OcclusionRays::SPAN_MARK, OcclusionRays::SPAN_CAST]);
+        let rendering = sum(&[SPAN_MARCH]) + self.draw;
+        [clipping, cast, rendering, (self.total - clipping - cast - rendering).max(0.0)]
+    }
+
     /// Median of each time.
     pub fn medians(times: &[Self]) -> Self {
         let of = |value: &dyn Fn(&Self) -> f64| median(times.iter().map(value).collect());

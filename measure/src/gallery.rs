@@ -2,8 +2,9 @@
 
 use bevy::prelude::*;
 use bevy_contextual_ao::{
-    occlusion::{GeometryTerm, OcclusionSweeping, SweepingSurface},
+    occlusion::{GeometryTerm, OcclusionSweeping, ScreenSpaceOcclusion, SweepingSurface},
     prelude::*,
+    volume::VolumeGeometry,
 };
 use contextual_ao_kit::mode::ShadingMode;
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoFont, IntoTextStyle, RGBColor};
@@ -30,7 +31,14 @@ pub fn run(options: &Options) -> Result<(), String> {
 fn render(options: &Options) -> Result<image::RgbImage, String> {
     let mut shown =
         vec![("no occlusion", ShadingMode::Solid, None), ("Blinn-Phong", ShadingMode::Phong, None)];
-    let columns = methods::columns().into_iter().map(|column| (column.name, column.occlusion));
+    let geometry = VolumeGeometry::of(&options.scene.parts()?.volume);
+    let columns = methods::columns().into_iter().map(|column| match column.occlusion.method {
+        OcclusionMethod::ScreenSpace(_) => {
+            let recommended = OcclusionMethod::ScreenSpace(ScreenSpaceOcclusion::recommended(&geometry));
+            ("screen space as in VTK", AmbientOcclusion::by(recommended))
+        }
+        _ => (column.name, column.occlusion),
+    });
     let methods = columns.chain(isosurfaces(&options.scene)?);
     shown.extend(methods.map(|(name, occlusion)| (name, ShadingMode::Cao, Some(occlusion))));
     let mut pictures = Vec::new();
@@ -89,7 +97,8 @@ fn picture(
     Ok(headless.image())
 }
 
-fn compose(pictures: &[(&str, Vec<u8>)], size: UVec2) -> Result<image::RgbImage, String> {
+/// Puts named pictures of one size into a sheet.
+pub fn compose(pictures: &[(&str, Vec<u8>)], size: UVec2) -> Result<image::RgbImage, String> {
     let rows = (pictures.len() as u32).div_ceil(COLUMNS);
     let (width, height) = (COLUMNS * size.x, rows * (size.y + STRIP));
     let mut sheet = image::RgbImage::from_pixel(width, height, image::Rgb([255; 3]));

@@ -78,9 +78,12 @@ struct Options {
     /// driver).
     #[arg(long)]
     quick: bool,
-    /// With --report: Python interpreter that may have VTK, to measure it as well.
+    /// With --report and --chart: Python interpreter that may have VTK, to measure it as well.
     #[arg(long, default_value = "python3")]
     python: PathBuf,
+    /// With --chart: folder with Node packages that may have vtk.js, to compare it as well.
+    #[arg(long)]
+    node_packages: Option<PathBuf>,
 }
 
 /// Other measurements, in scenes of their own.

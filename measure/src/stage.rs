@@ -21,6 +21,7 @@ use std::{sync::Once, time::Instant};
 
 use crate::figures::{FrameTimes, SPANS, merged};
 use contextual_ao_kit::{
+    carver::Carver,
     headless::Headless,
     scene::{Scene, SceneParts},
 };
@@ -30,8 +31,8 @@ pub struct Stage {
     pub headless: Headless,
     /// Entities of the scene.
     pub scene: Scene,
-    /// Transform with which the first carver was spawned.
-    start: Transform,
+    /// Carvers that move, each with the transform with which it was spawned: the first, and those that joined it.
+    starts: Vec<(Entity, Transform)>,
     /// Rays that were last cast; before the first cast, the scene's rays.
     rays: OcclusionRays,
     /// The scene's own view samples.
@@ -73,8 +74,10 @@ impl Stage {
         let shading = parts.shading.clone();
         let scene = parts.spawn(&mut headless);
         let world = headless.app.world();
-        let start = scene.carvers.first().and_then(|carver| world.get(*carver).copied()).unwrap_or_default();
-        let stage = Self { headless, scene, start, rays, shading, second_eye: None };
+        let first = scene.carvers.first();
+        let starts = first.map(|carver| (*carver, world.get(*carver).copied().unwrap_or_default()));
+        let starts = starts.into_iter().collect();
+        let stage = Self { headless, scene, starts, rays, shading, second_eye: None };
         let adapter = stage.adapter();
         DEVICE_TOLD.call_once(|| eprintln!("{}, {} {}", adapter.name, adapter.driver, adapter.driver_info));
         stage
@@ -178,13 +181,26 @@ impl Stage {
         Ok(())
     }
 
-    /// Moves the first carver by an offset from its start.
+    /// Moves the first carver by an offset from its start, and further carvers with it.
     pub fn move_carver(&mut self, offset_mm: Vec3) {
-        let translation = self.start.translation + offset_mm * WORLD_UNITS_PER_MM;
-        let pose = Transform { translation, ..self.start };
-        if let Some(&carver) = self.scene.carvers.first() {
-            self.world().entity_mut(carver).insert(pose);
+        for (carver, start) in self.starts.clone() {
+            let translation = start.translation + offset_mm * WORLD_UNITS_PER_MM;
+            self.world().entity_mut(carver).insert(Transform { translation, ..start });
         }
+    }
+
+    /// Spawns a carver that moves with the first.
+    pub fn join(&mut self, carver: &Carver) -> Entity {
+        let entity = carver.spawn(self.world());
+        let start = self.world().get(entity).copied().unwrap_or_default();
+        self.starts.push((entity, start));
+        entity
+    }
+
+    /// Despawns a carver that moves with the first.
+    pub fn part(&mut self, carver: Entity) {
+        self.starts.retain(|(entity, _)| *entity != carver);
+        self.world().despawn(carver);
     }
 
     /// Puts the first carver where it is in a frame. It moves to and fro along the view's horizontal, a voxel per
@@ -327,9 +343,9 @@ impl Stage {
         self.headless.app.world().resource::<RenderStatus>().usage
     }
 
-    /// Makes the first carver larger or smaller, for good.
+    /// Makes the carver larger or smaller, for good.
     pub fn scale_carver(&mut self, factor: f32) {
-        self.start.scale *= factor;
+        self.starts.iter_mut().for_each(|(_, start)| start.scale *= factor);
         self.move_carver(Vec3::ZERO);
     }
 

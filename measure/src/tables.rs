@@ -1,8 +1,8 @@
-//! The CAO paper's tables 2 to 6 with our figures beside. Real volumes at hand stand for its own, and ratios for
-//! frames per second.
+//! The CAO paper's tables 2 to 6 and its figures 10 and 12, with ours beside. Real volumes at hand stand for its own, and
+//! ratios for frames per second.
 
 use bevy::math::{DVec3, UVec3};
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{occlusion::Optimizations, prelude::*, render::VolumeTexture};
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     counting::{CARVER, CountingScene, ball},
     counts::published_voxels,
     directions::Shot,
-    figures::{FrameTimes, ratio},
+    figures::{Errors, FrameTimes, ratio},
     published::{PUBLISHED, Published},
     shell,
     stage::Stage,
@@ -50,6 +50,10 @@ pub struct ByRays {
     /// RMS errors of the paper's pattern and of ours against 512 rays.
     pub voxel_rms: [f64; 2],
     pub pixel_rms: [f64; 2],
+    /// RMS error of the paper's pattern over all voxels, also those that no view reads; only beside a dense LAO.
+    pub all_voxel_rms: Option<f64>,
+    /// Errors of the pixels with the paper's pattern, as shares of the range.
+    pub error_picture: Vec<f32>,
 }
 
 impl ByRays {
@@ -72,10 +76,12 @@ impl ByRays {
 
 /// Measures the figures of the tables, which takes long. Prints the tables of each scene once it is measured.
 pub fn run(options: &Options) -> Result<(), String> {
-    let scenes = [CountingScene::EngineOpaque, CountingScene::Bonsai, CountingScene::CtTorso];
+    let scenes = [CountingScene::EngineOpaque, CountingScene::Beetle, CountingScene::CtTorso];
     for (scene, published) in scenes.into_iter().zip(&PUBLISHED) {
         if let Some(mut stage) = scene.open(options)? {
-            print(&measure(&mut stage, Some(published), true, None, options)?);
+            let measured = measure(&mut stage, Some(published), true, None, options)?;
+            print(&measured);
+            save_error_pictures(&measured, options)?;
         }
     }
     if options.most >= 512 {
@@ -87,18 +93,30 @@ pub fn run(options: &Options) -> Result<(), String> {
 fn print(measured: &Measured) {
     print_scene(measured);
     print_speed(measured);
+    print_breakdown(measured);
     print_second_carver(measured);
-    print_errors(
-        "Table 5: RMS error of voxels against 512 rays, 0 to 1",
+    let rows_of_voxels = rows(
         measured,
-        |paper| paper.voxel_rms,
-        |m| m.voxel_rms,
+        |paper, k| [paper.voxel_rms[k]],
+        |m| [m.all_voxel_rms, Some(m.voxel_rms[0]), Some(m.voxel_rms[1])],
     );
-    print_errors(
+    print_table(
+        "Table 5: RMS error of voxels against 512 rays, 0 to 1",
+        [
+            "scene",
+            "rays",
+            "paper",
+            "its pattern, all voxels",
+            "its pattern, seen voxels",
+            "Fibonacci, seen voxels",
+        ],
+        rows_of_voxels,
+    );
+    let rows_of_pixels = rows(measured, |paper, k| [paper.pixel_rms[k]], |m| m.pixel_rms.map(Some));
+    print_table(
         "Table 6: RMS error of pixels against 512 rays, 0 to 255",
-        measured,
-        |paper| paper.pixel_rms,
-        |m| m.pixel_rms,
+        ["scene", "rays", "paper", "its pattern here", "Fibonacci"],
+        rows_of_pixels,
     );
 }
 
@@ -116,7 +134,9 @@ pub fn measure(
     stage.prepare(ShadingMode::Cao, RayPattern::Fibonacci(6))?;
     let ours = stage.count(|stage| stage.carve(0)).voxels;
     let truth = Shot::take(stage, RayPattern::Sphere512)?;
-    let second = [ball(&stage.scene.geometry, DVec3::ONE - CARVER, 0.14)];
+    // It overlaps the first, as in the paper's figure 11.
+    let second = ball(&stage.scene.geometry, CARVER + DVec3::new(-0.3, 0.1, 0.0), 0.2);
+    let all_true = dense.then(|| all_voxels(stage, RayPattern::Sphere512)).transpose()?;
     let is_in_time = |_: &_| deadline.is_none_or(|deadline| Instant::now() < deadline);
     let by_rays = PATTERNS.into_iter().take_while(is_in_time).map(|[theirs, fibonacci]| {
         let shots = [Shot::take(stage, theirs)?, Shot::take(stage, fibonacci)?];
@@ -125,8 +145,15 @@ pub fn measure(
         stage.carve(0);
         let published = dense.then(|| times::published(stage, options.slow_frames)).transpose()?;
         let ours = times::ours(stage, options)?;
-        let two_carvers = times::with(stage, &second, options)?;
+        let two_carvers = times::with_overlapping(stage, &second, options)?;
         stage.carve(0);
+        let all_voxel_rms = match &all_true {
+            Some(truth) => {
+                let found = all_voxels(stage, theirs)?;
+                Some(Errors::of(found.into_iter().zip(truth.iter().copied())).rms / 255.0)
+            }
+            None => None,
+        };
         Ok(ByRays {
             rays: theirs.rays(),
             solid,
@@ -135,6 +162,8 @@ pub fn measure(
             two_carvers,
             voxel_rms: [0, 1].map(|k| shots[k].voxel_errors(&truth).rms / 255.0),
             pixel_rms: [0, 1].map(|k| shots[k].pixel_errors(&truth).rms),
+            all_voxel_rms,
+            error_picture: shots[0].error_picture(&truth),
         })
     });
     let by_rays = by_rays.collect::<Result<_, String>>()?;
@@ -146,6 +175,18 @@ pub fn measure(
         recast_percent: [published, ours].map(|recast| 100.0 * ratio(recast, voxels)),
         by_rays,
     })
+}
+
+/// Occlusion of all voxels, whether or not a view reads them, as a dense LAO finds it.
+fn all_voxels(stage: &mut Stage, pattern: RayPattern) -> Result<Vec<u8>, String> {
+    stage.prepare(ShadingMode::Solid, pattern)?;
+    stage.set_optimizations(Optimizations::NONE);
+    stage.set_mode(ShadingMode::Lao);
+    stage.headless.frame();
+    let occlusion = stage.headless.voxels(stage.scene.volume, VolumeTexture::Occlusion);
+    stage.set_mode(ShadingMode::Solid);
+    stage.set_optimizations(Optimizations::default());
+    Ok(occlusion)
 }
 
 fn print_scene(m: &Measured) {
@@ -188,6 +229,44 @@ fn print_speed(measured: &Measured) {
     print_table("Table 3: time of a frame, CAO's beside that of dense LAO and of no occlusion", head, rows);
 }
 
+/// Figure 10: steps IV, V and VI of a frame, and the rest.
+fn print_breakdown(measured: &Measured) {
+    let mut lines = Vec::new();
+    for m in measured.by_rays.iter().filter(|m| [6, 54].contains(&m.rays)) {
+        let [dense, published] = m.published.map_or([None; 2], |times| times.map(Some));
+        for (name, times) in [("LAO", dense), ("CAO as published", published), ("CAO ours", Some(m.ours))] {
+            let Some(times) = times else {
+                continue;
+            };
+            let parts = times.breakdown().map(|ms| format!("{ms:.1}"));
+            let cells = [measured.name.clone(), m.rays.to_string(), name.to_owned()].into_iter().chain(parts);
+            lines.push(cells.collect());
+        }
+    }
+    let head = ["scene", "rays", "", "clipping", "ray cast", "rendering", "overhead"];
+    print_table("Figure 10: milliseconds of a frame", head, lines);
+}
+
+/// Largest error of a pixel that figure 12 shows, as a share of the range.
+const LARGEST_SHOWN: f32 = 0.2;
+
+/// Figure 12: errors of the pixels with 6 and with 54 rays. Darker is worse.
+fn save_error_pictures(measured: &Measured, options: &Options) -> Result<(), String> {
+    std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
+    let size = options.image_size();
+    for m in measured.by_rays.iter().filter(|m| [6, 54].contains(&m.rays)) {
+        let shade = |error: &f32| (255.0 * (1.0 - (error / LARGEST_SHOWN).min(1.0))).round() as u8;
+        let shades: Vec<u8> = m.error_picture.iter().map(shade).collect();
+        let file = options.out.join(format!("{}_error_{}.png", measured.name, m.rays));
+        image::save_buffer(&file, &shades, size.x, size.y, image::ColorType::L8)
+            .map_err(|error| format!("{}: {error}", file.display()))?;
+        let largest = m.error_picture.iter().fold(0.0, |largest: f32, error| largest.max(*error));
+        println!("Figure 12: {}, largest error {:.1} %", file.display(), 100.0 * largest);
+    }
+    println!();
+    Ok(())
+}
+
 fn print_second_carver(measured: &Measured) {
     let rows = rows(
         measured,
@@ -201,16 +280,6 @@ fn print_second_carver(measured: &Measured) {
     );
     let head = ["scene", "rays", "% paper", "% ours", "% ours, clip and cast"];
     print_table("Table 4: share of the frame rate that a second carver takes", head, rows);
-}
-
-fn print_errors(
-    title: &str,
-    measured: &Measured,
-    paper: fn(&Published) -> [f64; 4],
-    ours: fn(&ByRays) -> [f64; 2],
-) {
-    let rows = rows(measured, |published, k| [paper(published)[k]], |m| ours(m).map(Some));
-    print_table(title, ["scene", "rays", "paper", "its pattern here", "Fibonacci"], rows);
 }
 
 /// Percent by which the frame rate falls when a frame takes `time` instead of `before`.

@@ -149,7 +149,15 @@ pub fn lattice(geometry: &VolumeGeometry, cells: DVec3, first: DVec3, radius: f6
         .collect()
 }
 
-/// Times the first carver with others beside it.
+/// Times the first carver with another that overlaps it and moves with it.
+pub fn with_overlapping(stage: &mut Stage, other: &Carver, options: &Options) -> Result<FrameTimes, String> {
+    let joined = stage.join(other);
+    let times = ours(stage, options);
+    stage.part(joined);
+    times
+}
+
+/// Times the first carver with others beside it, at rest.
 pub fn with(stage: &mut Stage, others: &[Carver], options: &Options) -> Result<FrameTimes, String> {
     let world = stage.headless.app.world_mut();
     let spawned: Vec<Entity> = others.iter().map(|carver| carver.spawn(world)).collect();

@@ -142,11 +142,24 @@ impl Accuracy {
         Ok(())
     }
 
-    /// Errors over the colours of the object's pixels of all frames.
+    /// Errors of pictures, RGBA, of the frames after steps of the carver.
+    pub fn fit_of_pictures(&self, pictures: &[Vec<u8>]) -> Option<Fit> {
+        self.fit(pictures.iter(), self.truths.iter().map(|truth| &truth.image))
+    }
+
     fn image_fit<'a>(&self, found: &[Shot], truth: impl IntoIterator<Item = &'a Shot>) -> Option<Fit> {
-        let frames = found.iter().zip(truth).zip(&self.objects);
+        self.fit(found.iter().map(|shot| &shot.image), truth.into_iter().map(|shot| &shot.image))
+    }
+
+    /// Errors over the colours of the object's pixels of all frames.
+    fn fit<'a>(
+        &self,
+        found: impl Iterator<Item = &'a Vec<u8>>,
+        truth: impl Iterator<Item = &'a Vec<u8>>,
+    ) -> Option<Fit> {
+        let frames = found.zip(truth).zip(&self.objects);
         image_fit(frames.flat_map(|((found, truth), object)| {
-            let bytes = found.image.iter().zip(&truth.image).enumerate();
+            let bytes = found.iter().zip(truth).enumerate();
             let of_object = bytes.filter(|(byte, _)| byte % 4 != 3 && object[byte / 4]);
             of_object.map(|(_, (&found, &truth))| [found, truth])
         }))

@@ -46,6 +46,6 @@ fn linear(encoded: f64) -> f64 {
     Color::srgb(encoded as f32, 0.0, 0.0).to_linear().red.into()
 }
 
-fn encoded(linear: f64) -> f64 {
+pub fn encoded(linear: f64) -> f64 {
     f64::from(Color::linear_rgb(linear as f32, 0.0, 0.0).to_srgba().red).min(1.0)
 }

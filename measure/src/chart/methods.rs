@@ -218,14 +218,9 @@ impl SceneScale {
         };
         let (none, even) = (ScreenSpaceBlur::None, ScreenSpaceBlur::Even);
         let mut settings: Vec<_> = [(16, none), (16, even), (64, none), (64, even)].map(by).into();
-        // The settings that VTK's authors recommend, by the diagonal of the bounding box.
-        let size_mm = (self.geometry.dimensions.as_dvec3() * self.geometry.spacing_mm).length() as f32;
         let recommended = ScreenSpaceOcclusion {
             opacity_threshold: 0.5 * self.opacity,
-            radius_mm: Some(0.1 * size_mm),
-            bias_mm: Some(0.001 * size_mm),
-            samples: 128,
-            blur: ScreenSpaceBlur::Gaussian,
+            ..ScreenSpaceOcclusion::recommended(&self.geometry)
         };
         settings.push(self.by("screen space", "SSAO as VTK", OcclusionMethod::ScreenSpace(recommended)));
         settings

@@ -8,6 +8,7 @@ mod definitions;
 mod labels;
 mod methods;
 mod panel;
+mod peers;
 mod plot;
 pub mod scenes;
 mod shot;
@@ -24,6 +25,7 @@ use contextual_ao_kit::{
     scene::SceneParts,
 };
 use methods::SceneScale;
+use peers::HandedOver;
 
 /// Measures, writes `chart.csv` and a picture after each scene, and draws the charts. If a scene is named, it alone is
 /// measured, and rows of others stay.
@@ -69,6 +71,7 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     let isovalue =
         scene.transfer_function.as_ref().filter(|_| opacity >= 1.0).and_then(TransferFunction::isovalue);
     let size = scenes::image_size(options);
+    let peers = HandedOver::write(&scene, size, options.out.join(format!("{}-peers", scene.name)))?;
     let mut stage = Stage::new(scene, size);
     let scale = SceneScale { rays: stage.rays(), geometry: stage.scene.geometry, opacity, isovalue };
     let settings = scale.settings();
@@ -109,6 +112,9 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
             own_voxel_error: errors.own_voxels,
             own_image_error: errors.own_image,
         });
+    }
+    if let Some(row) = rows.first() {
+        rows.extend(peers.rows(&accuracy, row, options)?);
     }
     eprintln!("{name}: compared, {:.0} s", begin.elapsed().as_secs_f64());
     let adapter = stage.adapter();

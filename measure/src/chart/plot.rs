@@ -21,7 +21,7 @@ const OVERSAMPLING: u32 = 3;
 /// Smaller errors are drawn as this error.
 const LEAST_ERROR: f64 = 1e-4;
 
-const COLORS: [RGBColor; 12] = [
+const COLORS: [RGBColor; 14] = [
     RGBColor(40, 40, 40),
     RGBColor(130, 130, 130),
     RGBColor(210, 60, 0),
@@ -34,6 +34,8 @@ const COLORS: [RGBColor; 12] = [
     RGBColor(0, 150, 165),
     RGBColor(190, 20, 60),
     RGBColor(95, 125, 20),
+    RGBColor(220, 120, 130),
+    RGBColor(110, 160, 220),
 ];
 
 const ABBREVIATIONS: &str = "6 to 54: rays, F on a Fibonacci lattice; progr.: rays of a frame; filters: radius in \
@@ -134,13 +136,16 @@ impl Chart<'_> {
     }
 
     fn families(&self) -> Vec<&str> {
-        distinct(self.rows.iter().map(|row| row.family.as_str()).filter(|family| *family != SOLID))
+        let drawn = self.rows.iter().filter(|row| row.family != SOLID && row.ms[0].is_finite());
+        distinct(drawn.map(|row| row.family.as_str()))
     }
 
     fn points(&self, error: fn(&Row) -> Option<f64>) -> Vec<Point> {
         let families = self.families();
         let light = self.rows.first().map(|row| row.light.as_str());
         let points = self.rows.iter().filter(|row| row.family != SOLID).filter_map(|row| {
+            // What is not timed has no place.
+            row.relative(self.kind).is_finite().then_some(())?;
             let style = families.iter().position(|family| *family == row.family)?;
             Some(Point {
                 quartiles: row.quartiles_ms[self.kind].map(|ms| ms / row.dense_ms),

@@ -25,6 +25,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     for scene in [CountingScene::EngineOpaque, CountingScene::CtHead] {
         if let Some(mut white) = WhiteScene::open(scene, options)? {
             of_sweeping(&mut white)?;
+            of_light(&mut white)?;
         }
     }
     for scene in [CountingScene::EngineOpaque, CountingScene::EngineTranslucent] {
@@ -136,6 +137,34 @@ fn of_sweeping(white: &mut WhiteScene) -> Result<(), String> {
             });
             white.print(setting, &found, &truth, gamma.into());
         }
+    }
+    Ok(())
+}
+
+/// Directions towards lights, volume space: from above, and from beside the viewer.
+const LIGHTS: [Vec3; 2] = [Vec3::Y, Vec3::new(1.0, 0.3, 0.6)];
+
+fn of_light(white: &mut WhiteScene) -> Result<(), String> {
+    let Some(isovalue) = white.content.function.isovalue() else {
+        return Ok(());
+    };
+    for light in LIGHTS {
+        let truth = white.content.truth(|direction| {
+            let toward = light.as_dvec3().normalize();
+            let content = &white.content;
+            sweeping::light_from(&content.field, isovalue.into(), &content.eye, direction, toward)
+        });
+        let surface = SweepingSurface::Isosurface(isovalue);
+        let settings = OcclusionSweeping {
+            surface,
+            geometry_term: GeometryTerm::Cosine,
+            gamma: 1.0,
+            light: Some(light),
+            ..default()
+        };
+        let found = white.rendered(OcclusionMethod::Sweeping(settings))?;
+        let setting = json!({ "method": "sweeping", "light": light.to_array() });
+        white.print(setting, &found, &truth, 1.0);
     }
     Ok(())
 }

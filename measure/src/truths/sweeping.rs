@@ -24,6 +24,24 @@ pub fn light_at(field: &Field, isovalue: f64, eye: &Eye, direction: DVec3, has_t
     Some(open.count() as f64 / f64::from(RAYS))
 }
 
+/// Share of the cosine-weighted light from a cone that reaches what is seen in a direction. The cone's solid angle is an
+/// octant's, whose middle is the light (section 4.1).
+pub fn light_from(field: &Field, isovalue: f64, eye: &Eye, direction: DVec3, light: DVec3) -> Option<f64> {
+    let hit = hit(field, isovalue, eye.origin, direction)?;
+    let normal = field.outwards(hit);
+    let start = hit + field.voxel_mm * normal;
+    let sum: f64 = (0..RAYS)
+        .map(|k| {
+            // An octant is an eighth of the directions: cosines from 3/4 to 1.
+            let ray = spiral(light, k, 1.0 - 0.25 * (f64::from(k) + 0.5) / f64::from(RAYS));
+            let cosine = normal.dot(ray).max(0.0);
+            if cosine > 0.0 && is_open(field, isovalue, start, ray) { cosine } else { 0.0 }
+        })
+        .sum();
+    // Over the octant, as a share of the cosine's integral over a hemisphere.
+    Some(0.5 * sum / f64::from(RAYS))
+}
+
 /// First point of a ray on the surface.
 fn hit(field: &Field, isovalue: f64, origin: DVec3, direction: DVec3) -> Option<DVec3> {
     let [mut along, end] = field.bounds(origin, direction);
