@@ -82,6 +82,7 @@ fn the_budget_counts_what_is_allocated() {
         sweeping(SweepingSurface::Isosurface(130.0), GeometryTerm::Cosine),
         filtering(DensityEstimate::Gaussian, OpacityModulation::None),
         filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
+        OcclusionMethod::SummedArea(default()),
     ];
     let wide = (true, FEW_RAYS.into());
     for (is_wide, method) in methods.into_iter().map(|method| (false, method)).chain([wide]) {
