@@ -1,10 +1,17 @@
-//! Methods of ambient occlusion: keys 1 to 6 choose a method, 0 shows the volume without occlusion.
+//! Methods of ambient occlusion: keys 1 to 7 choose a method, 0 shows the volume without occlusion.
 
 use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
-const KEYS: [KeyCode; 6] =
-    [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5, KeyCode::Digit6];
+const KEYS: [KeyCode; 7] = [
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
+];
 
 fn main() {
     App::new()

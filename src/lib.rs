@@ -57,6 +57,7 @@ pub mod prelude {
     #[cfg(feature = "other_methods")]
     pub use crate::occlusion::{
         DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,
+        SummedAreaOcclusion,
     };
     pub use crate::{
         ContextualAoPlugin, VolumeBundle,

@@ -5,7 +5,7 @@ use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DensitySource, DirectionalOcclusion, GeometryTerm, MethodSettings,
         OcclusionFiltering, OcclusionSweeping, OpacityModulation, ProgressiveRays, ScreenSpaceBlur,
-        ScreenSpaceOcclusion, SweepingSurface,
+        ScreenSpaceOcclusion, SummedAreaOcclusion, SweepingSurface,
     },
     prelude::*,
     volume::VolumeGeometry,
@@ -14,6 +14,7 @@ use bevy_egui::egui::{ComboBox, Slider, Ui};
 
 const MAX_RAYS: u32 = 512;
 const MAX_STEPS: u32 = 100;
+const MAX_SHELLS: u32 = 20;
 /// Ranges of lengths, voxels.
 const STEP_VOXELS: [f32; 2] = [0.1, 10.0];
 const RADIUS_VOXELS: [f32; 2] = [1.0, 60.0];
@@ -66,6 +67,7 @@ pub fn show(
             show_sky(ui, &mut new.sky);
         }
         OcclusionMethod::Filtering(filtering) => show_filtering(ui, filtering, geometry),
+        OcclusionMethod::SummedArea(boxes) => show_summed_area(ui, boxes, geometry),
         OcclusionMethod::ScreenSpace(screen) => show_screen_space(ui, screen, geometry),
         OcclusionMethod::Directional(directional) => show_directional(ui, directional),
         _ => {}
@@ -182,6 +184,12 @@ fn show_filtering(ui: &mut Ui, filtering: &mut OcclusionFiltering, geometry: &Vo
     {
         ui.add(Slider::new(threshold, 0.001..=0.5).logarithmic(true).text("below"));
     }
+}
+
+fn show_summed_area(ui: &mut Ui, boxes: &mut SummedAreaOcclusion, geometry: &VolumeGeometry) {
+    let unset_mm = boxes.radius_length_mm(geometry);
+    length_slider(ui, "radius, mm", &mut boxes.radius_mm, unset_mm, RADIUS_VOXELS, geometry);
+    ui.add(Slider::new(&mut boxes.shells, 1..=MAX_SHELLS).text("shells"));
 }
 
 fn show_screen_space(ui: &mut Ui, screen: &mut ScreenSpaceOcclusion, geometry: &VolumeGeometry) {

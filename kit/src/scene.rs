@@ -43,7 +43,7 @@ pub struct SceneOptions {
     /// With `keep:` in front, the carver keeps its inside.
     #[arg(long = "carver", allow_hyphen_values = true)]
     pub carvers: Vec<Carver>,
-    /// Method that computes occlusion: rays, progressive, sweeping, filtering, screen_space, directional.
+    /// Method that computes occlusion: rays, progressive, sweeping, filtering, summed_area, screen_space, directional.
     #[arg(long, default_value = "rays")]
     pub method: OcclusionMethod,
     /// Samples per occlusion ray.

@@ -7,12 +7,13 @@ use bevy_contextual_ao::{
     },
     occlusion::{
         DirectionalOcclusion, OcclusionFiltering, OcclusionRays, OcclusionSweeping, ScreenSpaceOcclusion,
+        SummedAreaOcclusion,
     },
 };
 use serde_json::{Value, json};
 
 /// Passes that are timed.
-pub const SPANS: [&str; 14] = [
+pub const SPANS: [&str; 16] = [
     SPAN_COUNT,
     SPAN_DEPTH,
     SPAN_DILATE,
@@ -25,6 +26,8 @@ pub const SPANS: [&str; 14] = [
     OcclusionRays::SPAN_CAST,
     OcclusionSweeping::SPAN,
     OcclusionFiltering::SPAN,
+    SummedAreaOcclusion::SPAN_TABLE,
+    SummedAreaOcclusion::SPAN_BOXES,
     ScreenSpaceOcclusion::SPAN,
     DirectionalOcclusion::SPAN,
 ];

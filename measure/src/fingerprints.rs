@@ -5,7 +5,7 @@ use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, GeometryTerm, OcclusionFiltering, OcclusionResolution, OcclusionSweeping,
-        OpacityModulation, SweepingSurface,
+        OpacityModulation, SummedAreaOcclusion, SweepingSurface,
     },
     prelude::*,
     render::VolumeTexture,
@@ -22,7 +22,7 @@ struct Setup {
 }
 
 fn setups() -> Vec<Setup> {
-    use OcclusionMethod::{Directional, Filtering, Progressive, Rays, ScreenSpace, Sweeping};
+    use OcclusionMethod::{Directional, Filtering, Progressive, Rays, ScreenSpace, SummedArea, Sweeping};
     let setup = |name, method| Setup { name, occlusion: AmbientOcclusion::by(method) };
     let sweeping =
         |surface, geometry_term| Sweeping(OcclusionSweeping { surface, geometry_term, ..default() });
@@ -44,6 +44,8 @@ fn setups() -> Vec<Setup> {
         setup("filtering_gradient", filtering(DensityEstimate::Chebyshev, OpacityModulation::Gradient(0.1))),
         setup("filtering_variance", filtering(DensityEstimate::Power, OpacityModulation::Variance(0.05))),
         setup("filtering_gaussian", filtering(DensityEstimate::Gaussian, OpacityModulation::None)),
+        setup("summed_area", SummedArea(SummedAreaOcclusion { shells: 1, ..default() })),
+        setup("summed_area_shells", SummedArea(default())),
         setup("screen_space", ScreenSpace(default())),
         setup("directional", Directional(default())),
     ];

@@ -5,7 +5,9 @@ use core::any::Any;
 
 use super::{CustomMethod, MethodKind, MethodSettings, OcclusionFallback, OcclusionRays, ProgressiveRays};
 #[cfg(feature = "other_methods")]
-use super::{DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion};
+use super::{
+    DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion, SummedAreaOcclusion,
+};
 
 /// A method of computing ambient occlusion. All methods see the carved volume; `docs/methods.md` says what each is good
 /// for and where it fails.
@@ -23,6 +25,9 @@ pub enum OcclusionMethod {
     /// Volumetric ambient occlusion by filtering: the share of denser voxels around each voxel.
     #[cfg(feature = "other_methods")]
     Filtering(OcclusionFiltering),
+    /// Summed-area tables: the mean opacity of a box around each voxel, or of its shells.
+    #[cfg(feature = "other_methods")]
+    SummedArea(SummedAreaOcclusion),
     /// Screen-space ambient occlusion of the first surface that a view sees.
     #[cfg(feature = "other_methods")]
     ScreenSpace(ScreenSpaceOcclusion),
@@ -58,6 +63,8 @@ from_settings! {
     #[cfg(feature = "other_methods")]
     Filtering(OcclusionFiltering);
     #[cfg(feature = "other_methods")]
+    SummedArea(SummedAreaOcclusion);
+    #[cfg(feature = "other_methods")]
     ScreenSpace(ScreenSpaceOcclusion);
     #[cfg(feature = "other_methods")]
     Directional(DirectionalOcclusion);
@@ -65,7 +72,7 @@ from_settings! {
 }
 
 impl OcclusionMethod {
-    const COUNT: usize = if cfg!(feature = "other_methods") { 6 } else { 2 };
+    const COUNT: usize = if cfg!(feature = "other_methods") { 7 } else { 2 };
 
     /// The methods of this crate with their default settings, in the order of a menu.
     pub fn all() -> [Self; Self::COUNT] {
@@ -76,6 +83,8 @@ impl OcclusionMethod {
             Self::Sweeping(default()),
             #[cfg(feature = "other_methods")]
             Self::Filtering(default()),
+            #[cfg(feature = "other_methods")]
+            Self::SummedArea(default()),
             #[cfg(feature = "other_methods")]
             Self::ScreenSpace(default()),
             #[cfg(feature = "other_methods")]
@@ -97,6 +106,8 @@ impl OcclusionMethod {
             Self::Sweeping(settings) => settings,
             #[cfg(feature = "other_methods")]
             Self::Filtering(settings) => settings,
+            #[cfg(feature = "other_methods")]
+            Self::SummedArea(settings) => settings,
             #[cfg(feature = "other_methods")]
             Self::ScreenSpace(settings) => settings,
             #[cfg(feature = "other_methods")]
@@ -144,6 +155,8 @@ impl OcclusionMethod {
             Self::Progressive(settings) => Self::Progressive(settings.clamped()),
             #[cfg(feature = "other_methods")]
             Self::Filtering(settings) => Self::Filtering(settings.clamped()),
+            #[cfg(feature = "other_methods")]
+            Self::SummedArea(settings) => Self::SummedArea(settings.clamped()),
             #[cfg(feature = "other_methods")]
             Self::Sweeping(settings) => Self::Sweeping(settings.clamped()),
             #[cfg(feature = "other_methods")]

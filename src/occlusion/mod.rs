@@ -27,6 +27,8 @@ mod shortfall;
 mod sky;
 mod step_control;
 #[cfg(feature = "other_methods")]
+mod summed_area;
+#[cfg(feature = "other_methods")]
 mod sweeping;
 mod texels;
 #[cfg(feature = "other_methods")]
@@ -56,6 +58,8 @@ pub use settings::{AmbientOcclusion, Recompute, VoxelOpacities};
 pub use shading::{AmbientScale, Reconstruction, VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
+#[cfg(feature = "other_methods")]
+pub use summed_area::SummedAreaOcclusion;
 #[cfg(feature = "other_methods")]
 pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, SweepingSurface};
 pub use texels::OcclusionTexels;

@@ -13,7 +13,7 @@ use super::{
     },
     gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
     methods::{
-        FilteringData, KernelUniform, Part, RayPassUniform, SIDE, ScreenSpaceUniform, SlicingData,
+        FilteringData, KernelUniform, Part, RayPassUniform, SIDE, ScreenSpaceUniform, Shell, SlicingData,
         SweepPlane, SweepingUniform,
     },
     views::{
@@ -71,13 +71,14 @@ fn shared<T: ShaderType<ExtraMetadata = StructMetadata<N>>, const N: usize>(wgsl
 }
 
 /// All shared structs. A test checks that none is missing.
-fn all_shared() -> [Shared; 15] {
+fn all_shared() -> [Shared; 16] {
     [
         shared::<VolumeUniform, _>("VolumeUniform"),
         shared::<CarverUniform, _>("Carver"),
         shared::<ClipPassUniform, _>("ClipPass"),
         shared::<RayPassUniform, _>("RayPass"),
         shared::<FilteringData, _>("Filtering"),
+        shared::<Shell, _>("Shell"),
         shared::<ScreenSpaceUniform, _>("ScreenSpaceView"),
         shared::<KernelUniform, _>("Kernel"),
         shared::<WindowUniform, _>("Window"),

@@ -83,6 +83,7 @@ fn the_budget_counts_what_is_allocated() {
         OcclusionMethod::Sweeping(OcclusionSweeping { light: Some(Vec3::X), ..default() }),
         filtering(DensityEstimate::Gaussian, OpacityModulation::None),
         filtering(DensityEstimate::Power, OpacityModulation::Variance(0.1)),
+        OcclusionMethod::SummedArea(default()),
     ];
     let wide = (true, FEW_RAYS.into());
     for (is_wide, method) in methods.into_iter().map(|method| (false, method)).chain([wide]) {

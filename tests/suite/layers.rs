@@ -30,6 +30,7 @@ const ROOMS: &[&[&str]] = &[
         "render::methods::rays",
         "render::methods::sweeping",
         "render::methods::filtering",
+        "render::methods::summed_area",
         "render::methods::screen_space",
         "render::methods::directional",
     ],

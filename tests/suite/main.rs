@@ -62,6 +62,7 @@ mod shaders;
 mod shading;
 mod small_files;
 mod stability;
+mod summed_area;
 mod sweeping;
 mod toy_method;
 mod transfer_files;

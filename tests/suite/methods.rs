@@ -15,7 +15,7 @@ const ROUNDING: f64 = 0.004;
 
 #[test]
 fn what_is_carved_away_leaves_no_ghost() {
-    for name in ["rays", "rays, half", "sweeping", "filtering, Chebyshev", "screen space"] {
+    for name in ["rays", "rays, half", "sweeping", "filtering, Chebyshev", "SAT", "screen space"] {
         let ghost = motion::ghost(&method(name));
         assert!(ghost.shadow > 2.0 * ROUNDING, "{name}: the block cast no shadow ({})", ghost.shadow);
         assert!(

@@ -49,6 +49,8 @@ fn no_change_of_settings_shows_an_empty_frame() {
         ("without", sweep(GeometryTerm::None)),
         ("filtering", filter(OpacityModulation::None)),
         ("its modulation", filter(OpacityModulation::Variance(0.05))),
+        ("summed area", AmbientOcclusion::by(SummedAreaOcclusion::default())),
+        ("its mean", AmbientOcclusion::by(SummedAreaOcclusion { shells: 1, ..default() })),
         ("half from there", half),
         ("sweeping from there", sweep(GeometryTerm::BothSides)),
         ("rays from there", few_rays()),
@@ -74,6 +76,7 @@ fn while_shaders_are_compiled_volumes_are_drawn_as_before() {
     let settings = [
         AmbientOcclusion::by(sweeping),
         AmbientOcclusion::by(filtering),
+        AmbientOcclusion::by(SummedAreaOcclusion::default()),
         AmbientOcclusion::by(OcclusionMethod::ScreenSpace(default())),
         AmbientOcclusion::by(OcclusionMethod::Directional(default())),
         few_rays(),

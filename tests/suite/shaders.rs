@@ -56,7 +56,7 @@ const LIBRARIES: [(&str, &str); 35] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 31] = sources![
+const ENTRIES: [(&str, &str); 33] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -80,6 +80,8 @@ const ENTRIES: [(&str, &str); 31] = sources![
     "methods/filtering/extrema.wgsl",
     "methods/filtering/estimate.wgsl",
     "methods/filtering/gradient.wgsl",
+    "methods/summed_area/table.wgsl",
+    "methods/summed_area/boxes.wgsl",
     "methods/screen_space/opaque_surface.wgsl",
     "methods/screen_space/volume_surface.wgsl",
     "methods/screen_space/occlusion.wgsl",
@@ -110,6 +112,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "methods/filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
         "methods/filtering/extrema.wgsl" => &["OF_DENSITIES"],
         "methods/filtering/estimate.wgsl" => &["STORE_R8", "MODULATED", "SHARES"],
+        "methods/summed_area/boxes.wgsl" => &["STORE_R8"],
         "methods/screen_space/opaque_surface.wgsl" => &["DEPTH", "DEPTH_MULTISAMPLED"],
         "methods/screen_space/volume_surface.wgsl" => &["BY_GRADIENT"],
         "methods/screen_space/occlusion.wgsl" => &["STORE_R8"],
@@ -121,7 +124,10 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
 fn has_axis(name: &str) -> bool {
     matches!(
         name,
-        "clipping/static_distances.wgsl" | "methods/filtering/means.wgsl" | "methods/filtering/extrema.wgsl"
+        "clipping/static_distances.wgsl"
+            | "methods/filtering/means.wgsl"
+            | "methods/filtering/extrema.wgsl"
+            | "methods/summed_area/table.wgsl"
     )
 }
 

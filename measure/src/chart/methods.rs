@@ -6,7 +6,7 @@ use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DensitySource, DirectionalOcclusion, GeometryTerm, MethodSettings,
         OcclusionFiltering, OcclusionSweeping, ProgressiveRays, ScreenSpaceBlur, ScreenSpaceOcclusion,
-        SweepingSurface,
+        SummedAreaOcclusion, SweepingSurface,
     },
     prelude::*,
     volume::VolumeGeometry,
@@ -95,6 +95,7 @@ impl SceneScale {
         settings.extend(self.progressive());
         settings.extend(self.sweeping());
         settings.extend(self.filtering());
+        settings.extend(self.summed_area());
         settings.extend(self.screen_space());
         settings.extend(self.directional());
         settings
@@ -197,6 +198,18 @@ impl SceneScale {
                 own: Own::NotDenser,
                 ..self.by("filtering", label, OcclusionMethod::Filtering(settings))
             }
+        };
+        both.map(by).collect()
+    }
+
+    fn summed_area(&self) -> Vec<Setting> {
+        let radii = [4.0, 2.0].map(|part| self.reach_mm() / part);
+        let both = [("SAT", 1), ("shells", SummedAreaOcclusion::default().shells)];
+        let both = both.into_iter().flat_map(|boxes| radii.map(|radius_mm| (boxes, radius_mm)));
+        let by = |((name, shells), radius_mm): (_, f32)| {
+            let settings = SummedAreaOcclusion { radius_mm: Some(radius_mm), shells };
+            let label = format!("{name} {}", (radius_mm / self.step_mm()).round());
+            self.by("summed-area table", label, OcclusionMethod::SummedArea(settings))
         };
         both.map(by).collect()
     }

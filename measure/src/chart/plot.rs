@@ -21,7 +21,7 @@ const OVERSAMPLING: u32 = 3;
 /// Smaller errors are drawn as this error.
 const LEAST_ERROR: f64 = 1e-4;
 
-const COLORS: [RGBColor; 14] = [
+const COLORS: [RGBColor; 15] = [
     RGBColor(40, 40, 40),
     RGBColor(130, 130, 130),
     RGBColor(210, 60, 0),
@@ -32,14 +32,15 @@ const COLORS: [RGBColor; 14] = [
     RGBColor(125, 75, 35),
     RGBColor(85, 70, 200),
     RGBColor(0, 150, 165),
+    RGBColor(235, 125, 150),
     RGBColor(190, 20, 60),
     RGBColor(95, 125, 20),
     RGBColor(220, 120, 130),
     RGBColor(110, 160, 220),
 ];
 
-const ABBREVIATIONS: &str = "6 to 54: rays, F on a Fibonacci lattice; progr.: rays of a frame; filters: radius in \
-    voxels, opac. by opacity; SSAO: samples; DOS: samples over the cone's base, its half angle";
+const ABBREVIATIONS: &str = "6 to 54: rays, F on a Fibonacci lattice; progr.: rays of a frame; filters, SAT, shells: \
+    radius in voxels, opac. by opacity; SSAO: samples; DOS: samples over the cone's base, its half angle";
 
 const TITLES: [&str; KINDS.len()] =
     ["frames in which a carver moves", "frames at rest", "frames after an edit of the transfer function"];

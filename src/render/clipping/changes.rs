@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use crate::{
         clip::ClipOperation::{Intersect, Subtract},
-        occlusion::Sky,
+        occlusion::{ProgressiveRays, Sky},
     };
     use bevy::prelude::default;
 
@@ -135,5 +135,17 @@ mod tests {
         new.occlusion.sky = Sky::octant(0);
         assert_eq!(Changes::between(Some(&old), &new), Changes::All);
         assert_eq!(Changes::between(None, &old), Changes::All);
+    }
+
+    #[test]
+    fn settings_of_the_method_are_told_from_other_changes() {
+        let (old, mut new) = (contents(&[]), contents(&[]));
+        assert!(!old.differs_in_method_alone(&new));
+        new.occlusion.method = ProgressiveRays::default().into();
+        assert!(old.differs_in_method_alone(&new));
+        let carved = Contents { carvers: vec![(CarverUniform::at(1.0, Subtract), 3)], ..new.clone() };
+        let by_table = Contents { table_revision: 1, ..new.clone() };
+        new.occlusion.sky = Sky::octant(0);
+        assert!([carved, by_table, new].iter().all(|more| !old.differs_in_method_alone(more)));
     }
 }

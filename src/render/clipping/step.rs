@@ -38,6 +38,8 @@ pub(crate) struct ClipStep {
     pub is_all_stale: bool,
     /// Whether only the transfer function changed.
     pub changes_table_alone: bool,
+    /// Whether only the settings of the occlusion method changed.
+    pub changes_method_alone: bool,
     pub queue: Queue,
     pub pass: ClipPassUniform,
 }
@@ -82,7 +84,9 @@ impl VolumeResources {
         let visits_all = visits_all || !optimizations.lists;
         let superbricks = superbricks_around(changes.iter().flatten(), visits_all, volume);
         state.clippings = state.clippings.wrapping_add(changes.is_some().into());
-        let differs_in_table_alone = |old: &Contents| old.differs_in_table_alone(&contents);
+        let before = state.contents.as_ref().filter(|_| !recomputes_all);
+        let changes_table_alone = before.is_some_and(|old| old.differs_in_table_alone(&contents));
+        let changes_method_alone = before.is_some_and(|old| old.differs_in_method_alone(&contents));
         let pass = ClipPassUniform {
             first_superbrick: superbricks.first,
             clipping: state.clippings,
@@ -98,8 +102,8 @@ impl VolumeResources {
         let stride = volume.occlusion.texels().stride();
         let step = ClipStep {
             finds_ranges: state.ranges_for != Some(stride),
-            changes_table_alone: !recomputes_all
-                && state.contents.as_ref().is_some_and(differs_in_table_alone),
+            changes_table_alone,
+            changes_method_alone,
             changes,
             superbricks,
             is_all_stale,

@@ -14,6 +14,8 @@ pub(super) mod registry;
 #[cfg(feature = "other_methods")]
 mod screen_space;
 #[cfg(feature = "other_methods")]
+mod summed_area;
+#[cfg(feature = "other_methods")]
 mod sweeping;
 pub(super) mod voxel_method;
 
@@ -32,6 +34,7 @@ impl Plugin for MethodPlugins {
         app.add_plugins((
             sweeping::SweepingPlugin,
             filtering::FilteringPlugin,
+            summed_area::SummedAreaPlugin,
             screen_space::ScreenSpacePlugin,
             directional::DirectionalOcclusionPlugin,
         ));
@@ -44,5 +47,6 @@ pub(super) use {
     filtering::FilteringData,
     rays::kept::{Part, RayPassUniform},
     screen_space::uniform::{KernelUniform, ScreenSpaceUniform},
+    summed_area::Shell,
     sweeping::{SIDE, SweepPlane, resources::SweepingUniform},
 };

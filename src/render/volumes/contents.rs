@@ -37,6 +37,14 @@ impl Contents {
             && self.coverage == new.coverage
             && self.carvers == new.carvers
     }
+
+    /// Whether only the settings of the occlusion method changed.
+    pub fn differs_in_method_alone(&self, new: &Self) -> bool {
+        let method = new.occlusion.method.clone();
+        self.occlusion.method != method
+            && *new
+                == Self { occlusion: AmbientOcclusion { method, ..self.occlusion.clone() }, ..self.clone() }
+    }
 }
 
 /// What tells the pipelines that follow view rays apart.

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_contextual_ao::{
     occlusion::{
         DensityEstimate, DirectionalOcclusion, GeometryTerm, OcclusionFiltering, OcclusionSweeping,
-        ProgressiveRays, ScreenSpaceOcclusion,
+        ProgressiveRays, ScreenSpaceOcclusion, SummedAreaOcclusion,
     },
     prelude::*,
 };
@@ -37,6 +37,8 @@ pub fn columns() -> Vec<Column> {
     let filtering = |estimate| {
         OcclusionMethod::Filtering(OcclusionFiltering { estimate, radius_mm: Some(REACH_MM), ..default() })
     };
+    let summed_area =
+        |shells| OcclusionMethod::SummedArea(SummedAreaOcclusion { radius_mm: Some(REACH_MM), shells });
     let half = OcclusionRays { resolution: OcclusionResolution::Half, ..rays };
     vec![
         of("rays", rays.into()),
@@ -47,6 +49,8 @@ pub fn columns() -> Vec<Column> {
         of("filtering, Chebyshev", filtering(DensityEstimate::Chebyshev)),
         of("filtering, power", filtering(DensityEstimate::Power)),
         of("filtering, Gaussian", filtering(DensityEstimate::Gaussian)),
+        of("SAT", summed_area(1)),
+        of("shelled SAT", summed_area(5)),
         of(
             "screen space",
             OcclusionMethod::ScreenSpace(ScreenSpaceOcclusion {

@@ -88,6 +88,7 @@ fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclus
             rays.step_mm = Some((reach_mm - start) / (rays.steps - 1) as f32);
         }
         OcclusionMethod::Filtering(filtering) => filtering.radius_mm = Some(reach_mm),
+        OcclusionMethod::SummedArea(boxes) => boxes.radius_mm = Some(reach_mm),
         OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = Some(reach_mm),
         _ => return None,
     }
