@@ -13,8 +13,8 @@ use super::{
     },
     gpu::compute_pass::{LIST_HEAD, ListEnd, WIDTH},
     methods::{
-        FilteringData, KernelUniform, Part, RayPassUniform, SIDE, ScreenSpaceUniform, Shell, SlicingData,
-        SweepPlane, SweepingUniform,
+        FilteringData, KernelUniform, Part, RayPassUniform, SIDE, SLICE_TILE, ScreenSpaceUniform, Shell,
+        SlicingData, SweepPlane, SweepingUniform,
     },
     views::{
         dispatch::{VIEWS_AT_ONCE, ViewArray},
@@ -44,6 +44,7 @@ const FILTERING: &str = include_str!("methods/filtering/voxel_lines.wgsl");
 const MARCHED_VIEW: &str = include_str!("views/marched_view.wgsl");
 const OUTLINE_COLORS: &str = include_str!("../drawing/outline_colors.wgsl");
 const SWEEP: &str = include_str!("methods/sweeping/sweep.wgsl");
+const SLICES: &str = include_str!("methods/directional/slices.wgsl");
 const OCTANTS: &str = include_str!("methods/sweeping/octants.wgsl");
 
 /// Name, Rust type and offset of a struct's member.
@@ -250,6 +251,7 @@ fn constants_are_the_same_in_rust_and_wgsl() {
         (WORK_LIST, "ROW", ROW),
         (SWEEP, "TILE", OcclusionSweeping::TILE),
         (DILATE, "TILE", TEXELS_PER_TILE),
+        (SLICES, "TILE", SLICE_TILE),
         (OCTANTS, "SIDE", SIDE as u32),
         (WORK_LIST, "FRONT", ListEnd::Front as u32),
         (WORK_LIST, "BACK", ListEnd::Back as u32),

@@ -43,7 +43,7 @@ impl Plugin for MethodPlugins {
 
 #[cfg(all(test, feature = "other_methods"))]
 pub(super) use {
-    directional::SlicingData,
+    directional::{SlicingData, TILE as SLICE_TILE},
     filtering::FilteringData,
     rays::kept::{Part, RayPassUniform},
     screen_space::uniform::{KernelUniform, ScreenSpaceUniform},

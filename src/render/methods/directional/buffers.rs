@@ -24,6 +24,14 @@ pub(super) const NUMBER_STRIDE: u32 = 256;
 /// Sizes of buffers are multiples of this, pixels, so that small changes of a window mostly keep them.
 const GRAIN: u32 = 64;
 
+/// Pixels along each side of a tile, `TILE` in WGSL.
+pub(in crate::render) const TILE: u32 = 8;
+
+/// Numbers of tiles of a window of this size (pixels), with a ring of background around it.
+pub(super) fn tile_counts(window: UVec2) -> UVec2 {
+    (window + 2).map(|pixels| pixels.div_ceil(TILE))
+}
+
 /// The buffers, while any view needs them.
 #[derive(Resource, Default)]
 pub(super) struct DirectionalBuffers(pub Option<Buffers>);
@@ -65,7 +73,7 @@ impl Buffers {
             let (label, usage) = (Some(label), BufferUsages::STORAGE);
             device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation: false })
         };
-        let tiles = (size + 2).map(|pixels| pixels.div_ceil(8));
+        let tiles = tile_counts(size);
         let light = |label| {
             let descriptor = TextureDescriptor {
                 label: Some(label),

@@ -25,6 +25,8 @@ use bevy::{
 };
 
 #[cfg(test)]
+pub(in crate::render) use buffers::TILE;
+#[cfg(test)]
 pub(in crate::render) use slicing::SlicingData;
 
 use super::pipelines::{AskForPipelines, MethodPipelines, ViewPipelines, ask};

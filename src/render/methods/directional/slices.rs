@@ -18,7 +18,7 @@ use bevy::{
 };
 
 use super::{
-    buffers::{Buffers, LIGHT_FORMAT, NUMBER_STRIDE},
+    buffers::{Buffers, LIGHT_FORMAT, NUMBER_STRIDE, tile_counts},
     slicing::SlicingData,
 };
 use crate::render::{
@@ -26,6 +26,12 @@ use crate::render::{
     volumes::layouts::lit_layout,
     windows::WindowUniform,
 };
+
+/// Tiles for each workgroup. Fewer keep a wide GPU busier; more are faster on a processor, to which workgroups are dear.
+const TILES_PER_GROUP: u32 = 8;
+/// Bounds of the number of workgroups.
+const FEWEST_GROUPS: u32 = 32;
+const MOST_GROUPS: u32 = 8192;
 
 /// The passes over slices, by their variants.
 #[derive(Resource)]
@@ -118,7 +124,6 @@ impl FromWorld for DirectionalPasses {
                 before: vec![lit_layout()],
                 own: &own,
                 behind: vec![number_layout.clone()],
-                zeroes_memory: true,
                 ..default()
             };
             ComputePass::new(world, descriptor)
@@ -181,12 +186,12 @@ impl DirectionalPasses {
             return;
         };
         pass.set_bind_group(0, &*job.volume, &[]);
-        // A ring of background around the window.
-        let groups = (job.pixels + 2 + 7) / 8;
+        let tiles = tile_counts(job.pixels).element_product();
+        let groups = (tiles / TILES_PER_GROUP).clamp(FEWEST_GROUPS, MOST_GROUPS);
         for slice in 0..job.count {
             pass.set_bind_group(1, &*job.slices[slice as usize % 2], &[]);
             pass.set_bind_group(2, &*job.number, &[slice * NUMBER_STRIDE]);
-            pass.dispatch_workgroups(groups.x, groups.y, 1);
+            pass.dispatch_workgroups(groups, 1, 1);
         }
     }
 }

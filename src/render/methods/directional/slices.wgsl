@@ -9,7 +9,8 @@
 //
 // A slice is sampled as drawing does: classified after interpolation, clipped at the sample point. Tiles of 8x8 pixels
 // keep whether all their light passes, or none. Where it is so in all tiles around, the mean is 1 or 0. An empty tile among
-// lit ones has nothing to do, nor one among dark ones whose pixels are all opaque.
+// lit ones has nothing to do, nor one among dark ones whose pixels are all opaque. A workgroup has several tiles, one after
+// the other, because a workgroup costs a processor more than a tile.
 
 #import bevy_contextual_ao::{
     brick_bindings::{carvers_near, distance_at},
@@ -63,6 +64,8 @@ struct Slicing {
 // Number of the slice.
 @group(2) @binding(0) var<storage, read> slice: u32;
 
+// Pixels along each side of a tile.
+const TILE: u32 = 8u;
 // Tiles around a tile that its invocations can look at.
 const MOST_REACH: u32 = 3u;
 // States of a tile, as bits: all light reaches the next slice; none does; all pixels are opaque.
@@ -156,21 +159,16 @@ fn light_through(texel: vec2<f32>, extent: vec2<f32>, depth: f32, opacity: f32, 
 // Number of tiles around a tile that the means of its pixels read.
 fn tiles_read(depth: f32) -> u32 {
     let radius = radius_at(depth);
-    return u32(clamp(ceil((max(radius.x, radius.y) + 1.0) / 8.0), 1.0, 1e6));
+    return u32(clamp(ceil((max(radius.x, radius.y) + 1.0) / f32(TILE)), 1.0, 1e6));
 }
 
-@compute @workgroup_size(8, 8)
-fn slices(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+// Shades a tile's pixel in this slice, and finds its light for the next.
+fn shade_tile(tile: u32, counts: vec2<u32>, local: vec2<u32>, lane: u32) {
     let size = window.end - window.first;
-    let texel = id.xy;
+    let place_of_tile = vec2(tile % counts.x, tile / counts.x);
+    let texel = TILE * place_of_tile + local;
     let depth = slicing.first_depth + f32(slice) * slicing.slice_depth;
-    let tiles = groups.x * groups.y;
-    let tile = group.y * groups.x + group.x;
+    let tiles = counts.x * counts.y;
     let place_behind = tiles * (slice & 1u) + tile;
     let place_before = tiles - tiles * (slice & 1u);
     // What this frame left two slices ago, where this slice writes, and one slice ago.
@@ -184,11 +182,11 @@ fn slices(
     } else if reach > MOST_REACH {
         atomicOr(&not_around, LIT | DARK);
     } else if lane < side * side {
-        let other = vec2<i32>(group.xy) + vec2<i32>(vec2(lane % side, lane / side)) - i32(reach);
+        let other = vec2<i32>(place_of_tile) + vec2<i32>(vec2(lane % side, lane / side)) - i32(reach);
         // Beyond the window is light.
         var state = LIT;
-        if all(other >= vec2(0)) && all(other < vec2<i32>(groups.xy)) {
-            state = tile_states[place_before + u32(other.y) * groups.x + u32(other.x)];
+        if all(other >= vec2(0)) && all(other < vec2<i32>(counts)) {
+            state = tile_states[place_before + u32(other.y) * counts.x + u32(other.x)];
         }
         atomicOr(&not_around, ~state);
     }
@@ -251,5 +249,24 @@ fn slices(
     if lane == 0u {
         let now = ~atomicLoad(&not_here) & (LIT | DARK | CLOSED);
         tile_states[place_behind] = select(select(now, earlier, is_written), before, is_over);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn slices(
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    // A ring of background surrounds the window.
+    let counts = (window.end - window.first + 2u + TILE - 1u) / TILE;
+    for (var tile = group.x; tile < counts.x * counts.y; tile += groups.x) {
+        if lane == 0u {
+            atomicStore(&not_around, 0u);
+            atomicStore(&not_here, 0u);
+        }
+        workgroupBarrier();
+        shade_tile(tile, counts, local.xy, lane);
     }
 }
