@@ -14,6 +14,7 @@ pub mod inside;
 pub mod mode;
 pub mod picture;
 pub mod random;
+pub mod reach;
 pub mod report;
 pub mod scene;
 pub mod shapes;

@@ -51,7 +51,7 @@ fn render(options: &Options) -> Result<image::RgbImage, String> {
 
 /// Settings for the isosurface of the scene's transfer function, as the paper on sweeping draws it, in all its
 /// lights.
-fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusion); 4], String> {
+fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusion); 6], String> {
     let parts = options.parts()?;
     let isovalue = parts.transfer_function.as_ref().and_then(TransferFunction::isovalue);
     let surface = SweepingSurface::Isosurface(isovalue.unwrap_or_default());
@@ -63,11 +63,18 @@ fn isosurfaces(options: &SceneOptions) -> Result<[(&'static str, AmbientOcclusio
     // The light comes from above and from one side of the viewer.
     let light = Quat::from_rotation_y(0.8) * parts.camera.with_y(parts.camera.length());
     let octant = light.cmpgt(Vec3::ZERO).bitmask() as usize;
+    let lit_from = |light: Vec3, geometry_term, opacity| {
+        let sweeping = OcclusionSweeping { surface, geometry_term, opacity, light: Some(light), ..default() };
+        AmbientOcclusion::by(sweeping)
+    };
+    let behind = -parts.camera;
     Ok([
         ("isosurface, swept", swept(default(), GeometryTerm::Cosine, 1.0)),
         ("cloudy sky", swept(above, GeometryTerm::Cosine, 1.0)),
         ("light from one octant", swept(Sky::octant(octant), GeometryTerm::Cosine, 1.0)),
         ("translucent", swept(default(), GeometryTerm::BothSides, 0.2)),
+        ("one light, turned grid", lit_from(light, GeometryTerm::Cosine, 1.0)),
+        ("translucent, lit from behind", lit_from(behind, GeometryTerm::BothSides, 0.1)),
     ])
 }
 

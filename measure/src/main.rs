@@ -12,6 +12,7 @@ mod filtering;
 mod fingerprints;
 mod gallery;
 mod isosurface;
+mod live;
 mod motion;
 mod parts;
 mod picture;
@@ -122,6 +123,10 @@ struct Instead {
     /// volume of that size.
     #[arg(long)]
     tables: bool,
+    /// Table 1 of the CAO paper: the frame after the radius, the transfer function or the carver changed, by every
+    /// method.
+    #[arg(long)]
+    live: bool,
     /// Table 1 of the paper on occlusion by filtering: times for its two radii and for others, by its three
     /// estimates. The volumes are CT of a head and of a torso.
     #[arg(long)]
@@ -195,6 +200,8 @@ fn main() -> Result<(), String> {
         directions::run(&options)
     } else if instead.tables {
         tables::run(&options)
+    } else if instead.live {
+        live::run(&options)
     } else if instead.filtering {
         filtering::run(&options)
     } else if instead.motion {

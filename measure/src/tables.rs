@@ -307,7 +307,11 @@ fn none() -> String {
 }
 
 /// Prints a table. Columns are as wide as their contents.
-fn print_table<const N: usize>(title: &str, head: [&str; N], rows: impl IntoIterator<Item = Vec<String>>) {
+pub fn print_table<const N: usize>(
+    title: &str,
+    head: [&str; N],
+    rows: impl IntoIterator<Item = Vec<String>>,
+) {
     let mut lines = vec![head.map(str::to_owned).to_vec()];
     lines.extend(rows);
     let widths: [usize; N] =

@@ -35,7 +35,7 @@ const COLORS: [RGBColor; 15] = [
     RGBColor(235, 125, 150),
     RGBColor(190, 20, 60),
     RGBColor(95, 125, 20),
-    RGBColor(220, 120, 130),
+    RGBColor(20, 90, 60),
     RGBColor(110, 160, 220),
 ];
 

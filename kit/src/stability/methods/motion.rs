@@ -3,6 +3,8 @@
 use bevy::{math::DVec3, prelude::*};
 use bevy_contextual_ao::prelude::*;
 
+use crate::reach::reaching;
+
 use super::floor::{Floor, Shown, cuboid, floor_points, nothing, rms};
 
 /// Centre of a block that floats over the floor.
@@ -70,29 +72,13 @@ pub fn pops(occlusion: &AmbientOcclusion) -> Option<f64> {
     let mut before: Option<Vec<f64>> = None;
     for k in 0..=STEPS {
         let reach_mm = 4.0 + 8.0 * k as f32 / STEPS as f32;
-        floor.set_occlusion(reaching(occlusion, reach_mm)?);
+        floor.set_occlusion(reaching(occlusion, reach_mm, DVec3::ONE)?);
         let now = floor.shown().at_all(&points);
         steps.extend(before.map(|before| rms(&before, &now)));
         before = Some(now);
     }
     let largest = steps.iter().copied().fold(0.0, f64::max);
     Some(largest * steps.len() as f64 / steps.iter().sum::<f64>())
-}
-
-/// The method with this reach; `None` if it has no such setting.
-fn reaching(occlusion: &AmbientOcclusion, reach_mm: f32) -> Option<AmbientOcclusion> {
-    let mut changed = occlusion.clone();
-    match &mut changed.method {
-        OcclusionMethod::Rays(rays) | OcclusionMethod::Progressive(ProgressiveRays { rays, .. }) => {
-            let start = OcclusionRays::start_mm(DVec3::ONE) as f32;
-            rays.step_mm = Some((reach_mm - start) / (rays.steps - 1) as f32);
-        }
-        OcclusionMethod::Filtering(filtering) => filtering.radius_mm = Some(reach_mm),
-        OcclusionMethod::SummedArea(boxes) => boxes.radius_mm = Some(reach_mm),
-        OcclusionMethod::ScreenSpace(screen) => screen.radius_mm = Some(reach_mm),
-        _ => return None,
-    }
-    Some(changed)
 }
 
 /// Flicker of the floor's shading around a block while a carver cuts into the block by 1/16 voxel a frame.

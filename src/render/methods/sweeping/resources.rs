@@ -173,9 +173,7 @@ impl SweepResources {
             computed: default(),
         }
     }
-}
 
-impl SweepResources {
     /// Whether light comes from an octant of the volume's grid.
     pub fn has_light(&self, octant: usize) -> bool {
         self.uniform.get().weights[octant / 4][octant % 4] > 0.0
