@@ -6,7 +6,6 @@ import argparse
 import json
 import os
 import pathlib
-import re
 import time
 from collections.abc import Callable
 
@@ -16,6 +15,7 @@ import numpy as np
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 import vtk  # noqa: E402
 from vtk.util.numpy_support import numpy_to_vtk  # noqa: E402
+from vtk_shell import renderer_of, ssao_pass  # noqa: E402
 
 EDIT = 0.01  # shift of the transfer function's first point
 LIT = {"ambient": 0.2, "diffuse": 0.8}  # Phong's shares
@@ -129,19 +129,6 @@ def look_through(camera: vtk.vtkCamera, place: dict) -> None:
     camera.SetClippingRange(0.02 * distance, 3.0 * distance)
 
 
-def ssao_pass(samples: int, diagonal: float) -> vtk.vtkSSAOPass:
-    """Screen-space ambient occlusion that takes the volume's depth where it is half opaque."""
-    ssao = vtk.vtkSSAOPass()
-    ssao.SetDelegatePass(vtk.vtkRenderStepsPass())
-    ssao.SetRadius(0.1 * diagonal)
-    ssao.SetBias(0.001 * diagonal)
-    ssao.SetKernelSize(samples)
-    ssao.BlurOn()
-    ssao.SetDepthFormat(vtk.vtkTextureObject.Fixed32)  # the volume mapper copies depth only in this one
-    ssao.SetVolumeOpacityThreshold(0.5)
-    return ssao
-
-
 def measure(name: str, folder: pathlib.Path, scene: dict, frames: int) -> dict:
     """Pictures and times of one mode, as the fields of its line."""
     volumes = [np.fromfile(folder / file, dtype="<u2") for file in scene["volumes"]]
@@ -159,8 +146,7 @@ def measure(name: str, folder: pathlib.Path, scene: dict, frames: int) -> dict:
         ms["rest"].append(drawn.draw())
         ms["edit"].append(drawn.draw(lambda: drawn.edit(EDIT)))
         drawn.edit(0.0)
-    gl = re.search(r"OpenGL renderer string:\s*(.+)", drawn.window.ReportCapabilities())
-    return {"ms": ms, "images": pictures, "gl": gl.group(1).strip() if gl else "unknown"}
+    return {"ms": ms, "images": pictures, "gl": renderer_of(drawn.window)}
 
 
 def main() -> None:

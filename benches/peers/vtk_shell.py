@@ -83,17 +83,23 @@ def volume_property(shade: bool) -> vtk.vtkVolumeProperty:
     return look
 
 
-def ssao_pass(samples: int) -> vtk.vtkSSAOPass:
-    """Screen-space ambient occlusion that takes the volume's depth where it is half opaque."""
+def ssao_pass(samples: int, size: float) -> vtk.vtkSSAOPass:
+    """Screen-space ambient occlusion for a scene of a size; it takes the volume's depth where it is half opaque."""
     ssao = vtk.vtkSSAOPass()
     ssao.SetDelegatePass(vtk.vtkRenderStepsPass())
-    ssao.SetRadius(0.1 * SIZE)  # radius and bias as 3D Slicer has them for a scene of this size
-    ssao.SetBias(0.001 * SIZE)
+    ssao.SetRadius(0.1 * size)  # radius and bias as 3D Slicer has them for a scene of this size
+    ssao.SetBias(0.001 * size)
     ssao.SetKernelSize(samples)
     ssao.BlurOn()
     ssao.SetDepthFormat(vtk.vtkTextureObject.Fixed32)  # the volume mapper copies depth only in this one
     ssao.SetVolumeOpacityThreshold(0.5)
     return ssao
+
+
+def renderer_of(window: vtk.vtkRenderWindow) -> str:
+    """Name of what draws in a window."""
+    name = re.search(r"OpenGL renderer string:\s*(.+)", window.ReportCapabilities())
+    return name.group(1).strip() if name else "unknown"
 
 
 class Scene:
@@ -114,7 +120,7 @@ class Scene:
         self.renderer = vtk.vtkRenderer()
         self.renderer.AddVolume(volume)
         if mode == "ssao":
-            self.renderer.SetPass(ssao_pass(options.ssao_samples))
+            self.renderer.SetPass(ssao_pass(options.ssao_samples, SIZE))
         elif mode == "scattering":
             mapper.SetVolumetricScatteringBlending(options.blending)
             mapper.SetGlobalIlluminationReach(options.reach)
@@ -147,7 +153,6 @@ def measure(image: vtk.vtkImageData, mode: str, options: argparse.Namespace) -> 
         return {"unsupported": "this VTK has no volumetric scattering"}
     scene = Scene(image, mode, options)
     times = [scene.draw(frame) for frame in range(WARM_UP + options.frames)][WARM_UP:]
-    gl = re.search(r"OpenGL renderer string:\s*(.+)", scene.window.ReportCapabilities())
     scene.draw(0)
     grab = vtk.vtkWindowToImageFilter()
     grab.SetInput(scene.window)
@@ -169,7 +174,7 @@ def measure(image: vtk.vtkImageData, mode: str, options: argparse.Namespace) -> 
         "frames": options.frames,
         "image": [options.pixels, options.pixels],
         "volume": [SIZE, SIZE, SIZE],
-        "gl": gl.group(1).strip() if gl else "unknown",
+        "gl": renderer_of(scene.window),
         **{name: getattr(options, name) for name in settings},
     }
 

@@ -54,9 +54,8 @@ impl FrameTimes {
 
     /// Time of clipping and casting: steps IV and V.
     pub fn clip_and_cast(&self) -> f64 {
-        let steps =
-            [SPAN_CULL, SPAN_CLIP, SPAN_DISTANCES, OcclusionRays::SPAN_MARK, OcclusionRays::SPAN_CAST];
-        steps.iter().map(|span| self.of(span)).sum()
+        let [clipping, cast, ..] = self.breakdown();
+        clipping + cast
     }
 
     /// Times of the parts of figure 10 of the paper: clipping (step IV), ray cast (V), rendering (VI), and the rest.

@@ -11,7 +11,14 @@ use bevy_contextual_ao::{
 };
 use contextual_ao_kit::{mode::ShadingMode, reach::reaching};
 
-use crate::{Options, counting::CountingScene, figures::median, stage::Stage, tables::print_table};
+use crate::{
+    Options,
+    chart::scenes::{halvings, image_size},
+    counting::CountingScene,
+    figures::median,
+    stage::Stage,
+    tables::print_table,
+};
 
 /// Shift of the transfer function's first point, in the file's units.
 const EDIT: f32 = 0.01;
@@ -30,9 +37,11 @@ struct Case {
 
 /// Prints the table for the opaque engine. Times are over that of a frame without occlusion in which the carver moves.
 pub fn run(options: &Options) -> Result<(), String> {
-    let Some(mut stage) = CountingScene::EngineOpaque.open(options)? else {
+    // As on the chart: a dense LAO of the whole volume takes minutes.
+    let Some(parts) = CountingScene::EngineOpaque.load_halved(halvings(options))? else {
         return Ok(());
     };
+    let mut stage = Stage::new(parts, image_size(options));
     // Waiting for each pass slows frames down.
     stage.headless.app.insert_resource(TimePassesByClock(false));
     let reach_mm = stage.rays().steps as f32 * stage.rays().step_mm.unwrap_or(stage.scene.voxel_mm);
@@ -63,7 +72,7 @@ fn cases(stage: &Stage, reach_mm: f32) -> Vec<Case> {
         occlusion,
     };
     let paper_rays = OcclusionRays { pattern: RayPattern::Rubik54, ..stage.rays() };
-    let rays = OcclusionRays { pattern: default_pattern(), ..paper_rays };
+    let rays = OcclusionRays { pattern: RayPattern::default(), ..paper_rays };
     let boxes = |shells| AmbientOcclusion::by(SummedAreaOcclusion { radius_mm, shells });
     vec![
         Case {
@@ -87,10 +96,6 @@ fn cases(stage: &Stage, reach_mm: f32) -> Vec<Case> {
         ),
         case("directional", "", AmbientOcclusion::by(DirectionalOcclusion::default())),
     ]
-}
-
-fn default_pattern() -> RayPattern {
-    OcclusionRays::default().pattern
 }
 
 /// Medians of the frames after changes of the radius, of the transfer function and of the carver. `None` without a radius.

@@ -198,7 +198,7 @@ impl Stage {
     }
 
     /// Despawns a carver that moves with the first.
-    pub fn part(&mut self, carver: Entity) {
+    pub fn leave(&mut self, carver: Entity) {
         self.starts.retain(|(entity, _)| *entity != carver);
         self.world().despawn(carver);
     }

@@ -153,7 +153,7 @@ pub fn lattice(geometry: &VolumeGeometry, cells: DVec3, first: DVec3, radius: f6
 pub fn with_overlapping(stage: &mut Stage, other: &Carver, options: &Options) -> Result<FrameTimes, String> {
     let joined = stage.join(other);
     let times = ours(stage, options);
-    stage.part(joined);
+    stage.leave(joined);
     times
 }
 

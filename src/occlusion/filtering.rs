@@ -3,7 +3,10 @@
 
 use bevy::prelude::*;
 
-use super::{MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels, lengths::length_mm};
+use super::{
+    MethodBytes, MethodDrawing, MethodSettings, OcclusionTexels,
+    lengths::{length_mm, whole_voxels},
+};
 use crate::volume::VolumeGeometry;
 
 /// Occlusion by the share of voxels around a voxel that are not denser than it.
@@ -73,8 +76,7 @@ impl OcclusionFiltering {
 
     /// The radius along each axis of the grid, whole voxels.
     pub fn radii(&self, geometry: &VolumeGeometry) -> UVec3 {
-        let voxels = (self.radius_length_mm(geometry) / geometry.spacing_mm).round().as_uvec3();
-        voxels.clamp(UVec3::ONE, UVec3::splat(Self::MAX_VOXELS))
+        whole_voxels(self.radius_length_mm(geometry), Self::MAX_VOXELS, geometry)
     }
 }
 

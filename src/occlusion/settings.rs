@@ -70,6 +70,14 @@ impl AmbientOcclusion {
         self.method.settings().flat_factor(&self.sky, geometry).clamp(0.05, 1.0)
     }
 
+    /// Weights of the octants of the grid, or of those of a single light, with a mean of 1.
+    pub(crate) fn octant_weights(&self, geometry: &VolumeGeometry) -> [f32; 8] {
+        match self.method.settings().light_axes(geometry) {
+            Some(_) => Sky::octant(7).normalized(),
+            None => self.sky.of_grid(geometry),
+        }
+    }
+
     /// Length, mm, of the path whose opacity counts as a voxel's.
     pub fn step_length_mm(&self, geometry: &VolumeGeometry) -> f64 {
         self.method.settings().step_length_mm(geometry)

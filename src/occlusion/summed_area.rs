@@ -5,7 +5,10 @@
 use bevy::prelude::*;
 use core::f64::consts::LN_2;
 
-use super::{MethodBytes, MethodSettings, Sky, lengths::length_mm};
+use super::{
+    MethodBytes, MethodSettings, Sky,
+    lengths::{length_mm, whole_voxels},
+};
 use crate::volume::VolumeGeometry;
 
 /// Occlusion by mean opacities of boxes around a voxel.
@@ -63,14 +66,15 @@ impl SummedAreaOcclusion {
     /// occlusion steps; a single shell has 0.
     pub(crate) fn shell_radii(&self, geometry: &VolumeGeometry) -> Vec<(UVec3, f64)> {
         let radius_mm = self.radius_length_mm(geometry);
+        let radii = |radius_mm| whole_voxels(radius_mm, Self::MAX_VOXELS, geometry);
         if self.shells == 1 {
-            return vec![(whole_voxels(radius_mm, geometry), 0.0)];
+            return vec![(radii(radius_mm), 0.0)];
         }
         let thickness_mm = radius_mm / f64::from(self.shells);
         let steps = thickness_mm / self.step_length_mm(geometry);
         let mut shells: Vec<(UVec3, f64)> = Vec::new();
         for number in 1..=self.shells {
-            let radii = whole_voxels(f64::from(number) * thickness_mm, geometry);
+            let radii = radii(f64::from(number) * thickness_mm);
             match shells.last_mut() {
                 Some((outer, thickness)) if *outer == radii => *thickness += steps,
                 _ => shells.push((radii, steps)),
@@ -78,12 +82,6 @@ impl SummedAreaOcclusion {
         }
         shells
     }
-}
-
-/// A radius along each axis of the grid, whole voxels.
-fn whole_voxels(radius_mm: f64, geometry: &VolumeGeometry) -> UVec3 {
-    let voxels = (radius_mm / geometry.spacing_mm).round().as_uvec3();
-    voxels.clamp(UVec3::ONE, UVec3::splat(SummedAreaOcclusion::MAX_VOXELS))
 }
 
 impl MethodSettings for SummedAreaOcclusion {

@@ -51,9 +51,6 @@ pub struct HandedOver {
     folder: PathBuf,
 }
 
-/// Milliseconds of frames of each kind; none where a program is not timed.
-type Times = [Vec<f64>; KINDS.len()];
-
 impl HandedOver {
     /// Writes the scene into a folder.
     pub fn write(parts: &SceneParts, size: UVec2, folder: PathBuf) -> Result<Self, String> {
@@ -130,7 +127,8 @@ impl HandedOver {
                 }
                 let files = list(&line["images"]).filter_map(Value::as_str);
                 let pictures = files.map(|file| self.picture(file)).collect::<Result<Vec<_>, _>>()?;
-                let kinds: Times = KINDS.map(|kind| {
+                // None where a program is not timed.
+                let kinds: [Vec<f64>; KINDS.len()] = KINDS.map(|kind| {
                     list(&line["ms"][kind]).filter_map(Value::as_f64).filter(|_| peer.is_timed).collect()
                 });
                 let of = |share: f64| {

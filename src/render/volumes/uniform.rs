@@ -8,7 +8,7 @@ use bevy::{
 
 use super::preintegration::StepLengths;
 use crate::{
-    occlusion::{AmbientScale, Optimizations, Sky, VolumeLighting, VoxelOpacities},
+    occlusion::{AmbientScale, Optimizations, VolumeLighting, VoxelOpacities},
     render::extract::ExtractedVolume,
     volume::{LookupTable, VolumeGeometry},
 };
@@ -91,10 +91,7 @@ impl VolumeUniform {
         let method = volume.occlusion.method.settings();
         let drawing = method.drawing();
         let light_axes = method.light_axes(geometry);
-        let weights = match light_axes {
-            Some(_) => Sky::octant(7).normalized(),
-            None => volume.occlusion.sky.of_grid(geometry),
-        };
+        let weights = volume.occlusion.octant_weights(geometry);
         // A surface that faces octants of full weight can get all light.
         let octants = weights.map(|weight| weight / weights.into_iter().fold(0.0, f32::max));
         let flat_factor = match volume.shading.ambient_scale {

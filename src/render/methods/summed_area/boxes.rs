@@ -4,7 +4,7 @@ use bevy::{
     asset::load_embedded_asset,
     prelude::*,
     render::render_resource::{
-        BindGroup, BindGroupLayoutEntries, CommandEncoder, PipelineCache, ShaderStages, StorageTextureAccess,
+        BindGroup, BindGroupLayoutEntries, ShaderStages, StorageTextureAccess,
         binding_types::{storage_buffer_read_only, storage_buffer_read_only_sized, texture_storage_3d},
     },
 };
@@ -12,13 +12,14 @@ use bevy::{
 use super::resources::{Shell, SummedAreaResources};
 use crate::render::{
     gpu::{
-        compute_pass::{ComputePass, Groups, PassDescriptor},
+        compute_pass::{ComputePass, PassDescriptor},
         device::Gpu,
     },
     methods::voxel_method::{VolumeFrame, factor_format, volume_layout},
 };
 
 /// The pass.
+#[derive(Deref)]
 pub(super) struct BoxesPass(ComputePass);
 
 impl FromWorld for BoxesPass {
@@ -43,10 +44,6 @@ impl FromWorld for BoxesPass {
 }
 
 impl BoxesPass {
-    pub fn is_ready(&self, cache: &PipelineCache) -> bool {
-        self.0.is_ready(cache)
-    }
-
     /// Writes the shells, and binds them with the table and the results.
     pub fn bind_volume(
         &self,
@@ -57,15 +54,5 @@ impl BoxesPass {
         kept.write_shells(volume.settings()?, volume.geometry(), gpu);
         let own = (kept.table.as_entire_binding(), kept.shells.binding()?, volume.occlusion());
         Some(self.0.bind(own, &gpu.cache, &gpu.device))
-    }
-
-    pub fn encode(
-        &self,
-        encoder: &mut CommandEncoder,
-        groups: [&BindGroup; 2],
-        dimensions: UVec3,
-        cache: &PipelineCache,
-    ) {
-        self.0.encode(encoder, groups, Groups::Voxels(dimensions), cache);
     }
 }

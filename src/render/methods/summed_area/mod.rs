@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     occlusion::{OcclusionMethod, SummedAreaOcclusion},
-    render::gpu::{device::Gpu, frame::Frame},
+    render::gpu::{compute_pass::Groups, device::Gpu, frame::Frame},
 };
 use boxes::BoxesPass;
 use resources::SummedAreaResources;
@@ -97,7 +97,8 @@ impl VoxelMethod for SummedArea {
             self.table.encode(encoder, [&job.volume, table], job.dimensions, cache);
         });
         frame.pass(SummedAreaOcclusion::SPAN_BOXES, jobs, |encoder, job| {
-            self.boxes.encode(encoder, [&job.volume, &job.boxes], job.dimensions, cache);
+            let voxels = Groups::Voxels(job.dimensions);
+            self.boxes.encode(encoder, [&job.volume, &job.boxes], voxels, cache);
         });
     }
 }

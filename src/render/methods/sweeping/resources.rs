@@ -15,7 +15,7 @@ use bevy::{
 use super::{geometry_term::geometry_term_table, planes::SweepPlan};
 use crate::{
     diagnostics::GpuUsage,
-    occlusion::{OcclusionSweeping, Sky, TurnedGrid},
+    occlusion::{OcclusionSweeping, TurnedGrid},
     render::{
         extract::ExtractedVolume,
         gpu::{
@@ -200,10 +200,7 @@ fn uniform(
     let side = rescale.slope.signum();
     let stored = |value| (f64::from(value) - rescale.intercept) / rescale.slope / largest_stored;
     let isovalue = settings.surface.isovalue().map_or(0.0, stored);
-    let weights = match turned {
-        Some(_) => Sky::octant(7).normalized(),
-        None => volume.occlusion.sky.of_grid(geometry),
-    };
+    let weights = volume.occlusion.octant_weights(geometry);
     let cell_from_voxel =
         turned.map_or(DAffine3::IDENTITY, |grid| grid.cell_from_local * geometry.local_from_voxel);
     SweepingUniform {

@@ -38,6 +38,7 @@ pub(super) enum Swept {
 }
 
 impl Swept {
+    /// All, in the order of their numbers.
     const ALL: [Self; 5] =
         [Self::Opacities, Self::Isosurface, Self::Distances, Self::TurnedOpacities, Self::TurnedIsosurface];
 
@@ -138,14 +139,14 @@ impl SweepKinds {
                 Some(BindGroupEntry { binding, resource })
             };
             let entries: Option<Vec<_>> = what.bindings().iter().map(resource).collect();
-            let group = self.of(what)?.bind_entries(&entries?, &gpu.cache, &gpu.device);
+            let group = self.of(what).bind_entries(&entries?, &gpu.cache, &gpu.device);
             Some(Sweep { what, group, planes })
         };
         sweeps.into_iter().map(bind).collect()
     }
 
-    fn of(&self, what: Swept) -> Option<&ComputePass> {
-        self.0.get(Swept::ALL.iter().position(|other| *other == what)?)
+    fn of(&self, what: Swept) -> &ComputePass {
+        &self.0[what as usize]
     }
 
     pub fn encode(
@@ -155,8 +156,7 @@ impl SweepKinds {
         sweep: &Sweep,
         cache: &PipelineCache,
     ) {
-        if let Some(pass) = self.of(sweep.what) {
-            pass.encode_steps(encoder, [volume, &sweep.group], sweep.planes.iter().copied(), cache);
-        }
+        let planes = sweep.planes.iter().copied();
+        self.of(sweep.what).encode_steps(encoder, [volume, &sweep.group], planes, cache);
     }
 }
