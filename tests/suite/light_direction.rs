@@ -14,14 +14,20 @@ use crate::{
     scene::{TestScene, folded_volume, is_empty, opaque_ramp, volume_from},
 };
 
-/// Occlusion texels of a volume by sweeping.
-fn texels(volume: &Volume, sweeping: OcclusionSweeping, sky: Sky, is_carved: bool) -> (Vec<u8>, Vec<u8>) {
+/// A settled scene of a volume by sweeping.
+fn swept(volume: &Volume, sweeping: OcclusionSweeping, sky: Sky, is_carved: bool) -> TestScene {
     let occlusion = AmbientOcclusion { method: OcclusionMethod::Sweeping(sweeping), sky, ..default() };
     let mut scene = TestScene::new(volume.clone(), opaque_ramp(), occlusion, ShadingMode::Cao);
     if is_carved {
         scene.carve(Sphere::new(6.0), ClipMesh::default(), Transform::from_xyz(4.0, 3.0, 5.0));
     }
     scene.settle();
+    scene
+}
+
+/// Occlusion texels of a volume by sweeping, and its picture.
+fn texels(volume: &Volume, sweeping: OcclusionSweeping, sky: Sky, is_carved: bool) -> (Vec<u8>, Vec<u8>) {
+    let scene = swept(volume, sweeping, sky, is_carved);
     (scene.headless.texels(scene.volume, VolumeTexture::Occlusion), scene.headless.image())
 }
 
@@ -119,7 +125,8 @@ fn thin_matter_is_brighter_than_thick_when_it_is_lit_from_behind() {
     let mut before = [-1.0; 5];
     for opacity in [1.0, 0.5, 0.25, 0.1] {
         let sweeping = OcclusionSweeping { opacity, gamma: 1.0, light: Some(behind), ..default() };
-        let (found, _) = texels(&steps, sweeping, default(), false);
+        let scene = swept(&steps, sweeping, default(), false);
+        let found = scene.headless.voxels(scene.volume, VolumeTexture::Occlusion);
         // In the middle of each step but the last, which light passes at the grid's end; in the first layer in front.
         let seen: [f64; 5] = core::array::from_fn(|step| {
             let voxel = UVec3::new(6 * step as u32 + 3, 12, 6);
