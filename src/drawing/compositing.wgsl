@@ -1,17 +1,21 @@
 // Front-to-back compositing of the slices along a view ray that are seen (step VI of the CAO paper, section 3.5, `runs`).
-// Slices are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong (`shading`).
+// Slices are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong (`shading`) or by the scene's lights
+// (`scene_lights`): these light several slices at once.
 
 #define_import_path bevy_contextual_ao::compositing
 
 #ifdef MODULATED
 #import bevy_contextual_ao::ambient_light::opacity_share_at
 #endif
+#ifdef SCENE_LIGHTS
+#import bevy_contextual_ao::scene_lights::{NOTHING_UNLIT, UnlitPart, is_significant, light_of, with_sample}
+#endif
 #import bevy_contextual_ao::{
     ambient_light::ambient_at,
     classification::classify,
     lit_slices::{NOTHING_SEEN, SeenPair, end_at, lit_mm, middle_of, note_lit, pair_of, seen_slice},
     next_run::{march_behind, next_run},
-    orientation::Cut,
+    orientation::{Cut, orientation_at},
     reconstruction::smooth_at_place,
     runs::{Run, THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
     seen::runs,
@@ -26,6 +30,18 @@ struct Pixel {
     alpha: f32,
     // End of the last slice that is seen: its distance from the ray's start.
     end_mm: f32,
+#ifdef SCENE_LIGHTS
+    // What counts in the opacity, and waits to be lit.
+    unlit: UnlitPart,
+#endif
+}
+
+fn empty_pixel() -> Pixel {
+#ifdef SCENE_LIGHTS
+    return Pixel(vec3(0.0), 0.0, 0.0, NOTHING_UNLIT);
+#else
+    return Pixel(vec3(0.0), 0.0, 0.0);
+#endif
 }
 
 // A cut as seen from a point of the ray behind it.
@@ -56,18 +72,32 @@ fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: Vi
     let near_color = classify(near.intensity + lift, near.gradient).rgb;
     let far_color = classify(far.intensity + lift, far.gradient).rgb;
     let base = mix(near_color, far_color, pair.share);
-    let color = shade(base, opacity, p, ray.direction, ambient_at(occluded_at, cut), cut);
-    return Pixel(before.color + opacity * color, before.alpha + opacity, end_mm);
+    let ambient = ambient_at(occluded_at, cut);
+    var pixel = before;
+    pixel.alpha += opacity;
+    pixel.end_mm = end_mm;
+#ifdef SCENE_LIGHTS
+    pixel.unlit = with_sample(pixel.unlit, opacity, base, along_mm, ambient, orientation_at(p, cut));
+#else
+    pixel.color += opacity * shade(base, opacity, p, ray.direction, ambient, cut);
+#endif
+    return pixel;
 }
 
-fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
+// Adds the slices of a run from number `k` on. It ends where what was added is to be lit, and then may go on.
+fn accumulate_slices(before: Pixel, run: Run, ray: ViewRay, next: ptr<function, u32>) -> Pixel {
     var pixel = before;
+    var k = *next;
     // A ray that begins in the volume's box begins at a cut too.
     let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
-    var begin = end_at(ray, slice_of_run(ray, run, 0u).begin_mm);
+    var begin = end_at(ray, slice_of_run(ray, run, k).begin_mm);
     let slices = slices_of(run);
-    var k = 0u;
     while k < slices && pixel.alpha < OPAQUE {
+#ifdef SCENE_LIGHTS
+        if is_significant(pixel.unlit) {
+            break;
+        }
+#endif
         let number = k / 2u;
         var near = NOTHING_SEEN;
         var far = NOTHING_SEEN;
@@ -90,12 +120,26 @@ fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
         let along_mm = select(lit_mm(pair), lit_place(ray, run, number), tells_place(run, number));
         pixel = accumulate(pixel, pair, along_mm, end_mm, ray, cut_mm);
     }
+    *next = k;
+    return pixel;
+}
+
+fn accumulate_run(before: Pixel, run: Run, ray: ViewRay) -> Pixel {
+    var pixel = before;
+    var next = 0u;
+    while next < slices_of(run) && pixel.alpha < OPAQUE {
+        pixel = accumulate_slices(pixel, run, ray, &next);
+#ifdef SCENE_LIGHTS
+        pixel.color += light_of(pixel.unlit, ray);
+        pixel.unlit = NOTHING_UNLIT;
+#endif
+    }
     return pixel;
 }
 
 // What a ray sees, from its first run on.
 fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
-    var pixel = Pixel(vec3(0.0), 0.0, 0.0);
+    var pixel = empty_pixel();
     var run = first;
     while true {
         pixel = accumulate_run(pixel, run, ray);
@@ -119,7 +163,10 @@ fn pixel_of_ray(ray: ViewRay, first: Run) -> Pixel {
 // The little opacity that is left gets a pixel's own colour, not the background's.
 fn completed(pixel: Pixel) -> Pixel {
     if pixel.alpha >= OPAQUE {
-        return Pixel(pixel.color / pixel.alpha, 1.0, pixel.end_mm);
+        var whole = pixel;
+        whole.color /= pixel.alpha;
+        whole.alpha = 1.0;
+        return whole;
     }
     return pixel;
 }

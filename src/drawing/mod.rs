@@ -1,7 +1,7 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
 //! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; before any view
-//! is drawn, `outline_colors`; behind it, `motion_vectors`.
+//! is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`.
 
 mod attach;
 mod depth_prepass;
@@ -9,13 +9,14 @@ mod motion_vectors;
 mod outline_colors;
 mod phase;
 mod pipeline;
+mod shadows;
 mod variants;
 
 use bevy::{
     asset::embedded_asset,
     camera::visibility::VisibilitySystems,
     core_pipeline::{Core3d, Core3dSystems, core_3d::Transparent3d, schedule::camera_driver},
-    pbr::MeshPipelineSystems,
+    pbr::{LATE_SHADOW_PASS, MeshPipelineSystems, per_view_shadow_pass, shared_shadow_pass},
     prelude::*,
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
@@ -51,8 +52,10 @@ impl Plugin for VolumeDrawingPlugin {
         load_shader_library!(app, "ambient_light.wgsl");
         load_shader_library!(app, "compositing.wgsl");
         load_shader_library!(app, "drawn_box.wgsl");
+        load_shader_library!(app, "scene_lights.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "outline_colors.wgsl");
+        embedded_asset!(app, "shadows.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_observer(depth_prepass::leave_to_user).add_systems(
             PostUpdate,
@@ -82,8 +85,10 @@ impl Plugin for VolumeDrawingPlugin {
             .init_gpu_resource::<phase::DrawnVolumes>()
             .init_gpu_resource::<motion_vectors::Motions>()
             .init_gpu_resource::<outline_colors::OutlineColors>()
+            .init_gpu_resource::<shadows::Shadows>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<shadows::ShadowPipeline>>()
             .init_gpu_resource::<SpecializedComputePipelines<outline_colors::OutlineColorPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
@@ -94,6 +99,7 @@ impl Plugin for VolumeDrawingPlugin {
                     init_gpu_resource::<pipeline::DrawPipeline>,
                     init_gpu_resource::<motion_vectors::MotionPipeline>,
                     init_gpu_resource::<outline_colors::OutlineColorPipeline>,
+                    init_gpu_resource::<shadows::ShadowPipeline>,
                 )
                     .chain()
                     .after(MeshPipelineSystems)
@@ -104,6 +110,7 @@ impl Plugin for VolumeDrawingPlugin {
                 (
                     phase::queue_volumes.in_set(RenderSystems::Queue),
                     variants::find_ready.in_set(RenderSystems::PrepareResources),
+                    shadows::prepare_shadows.in_set(RenderSystems::PrepareBindGroups),
                     (
                         phase::bind_volumes,
                         (motion_vectors::prepare_motions, outline_colors::prepare_outline_colors),
@@ -119,6 +126,14 @@ impl Plugin for VolumeDrawingPlugin {
                     .in_set(RenderGraphSystems::Render)
                     .after(OcclusionRenderSystems::Encode)
                     .before(camera_driver)
+                    .run_if(resource_exists::<DeviceSupport>),
+            )
+            .add_systems(
+                Core3d,
+                shadows::draw_shadows
+                    .after(per_view_shadow_pass::<LATE_SHADOW_PASS>)
+                    .after(shared_shadow_pass::<LATE_SHADOW_PASS>)
+                    .before(Core3dSystems::MainPass)
                     .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(

@@ -5,9 +5,10 @@
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
     marched_view::{MarchedView, ray_through},
-    next_run::{march_before, next_run},
-    runs::{THEN_END, slice_of_run, slices_of},
+    next_run::march_before,
+    runs::{THEN_END, slices_of},
     seen::first_run,
+    stop::stop_of,
 }
 
 // Volume space (mm) → clip space without the projection's jitter: in this frame, and in the previous one. A fourth uniform
@@ -38,19 +39,14 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     let ray = ray_through(marched_view, position.xy);
     // What the march found in front of the first run is empty. Without runs, the ray is followed from its start.
     let first = first_run(marched_view, vec2<u32>(position.xy));
-    var run = first;
     var march = march_before(ray, first);
-    var is_there = slices_of(first) > 0u || first.then != THEN_END;
-    while is_there && march.alpha < HALF {
-        run = next_run(ray, &march, HALF);
-        is_there = slices_of(run) > 0u && (run.then != THEN_END || march.alpha >= HALF);
-    }
-    if !is_there {
+    // An empty ray is not followed.
+    march.count = select(0u, march.count, slices_of(first) > 0u || first.then != THEN_END);
+    let stop = stop_of(ray, march, HALF);
+    if !stop.is_there {
         discard;
     }
-    let slice = slice_of_run(ray, run, max(slices_of(run), 1u) - 1u);
-    let along_mm = 0.5 * (slice.begin_mm + slice.end_mm);
-    let point = vec4(ray.near + along_mm * ray.direction, 1.0);
+    let point = vec4(ray.near + stop.along_mm * ray.direction, 1.0);
     let clip = marched_view.clip_from_local * point;
     let motion = place_of(clip_from_local[0] * point) - place_of(clip_from_local[1] * point);
     return FragmentOutput(motion, clip.z / clip.w);

@@ -79,6 +79,9 @@ pub(super) fn prepare_outline_colors(
     colors.0.clear();
     for volume in &scene.volumes {
         let variant = DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient);
+        if variant.has_scene_lights() {
+            continue;
+        }
         let jobs = windows.onto(volume.entity).iter().filter_map(|window| {
             let outlines = runs.of(volume.entity)?.outlines_of(window.view)?;
             let groups = drawn.groups_of(volume.drawn_on?)?.clone();

@@ -4,7 +4,7 @@
 use bevy::{
     asset::load_embedded_asset,
     mesh::{MeshVertexBufferLayout, MeshVertexBufferLayouts, VertexBufferLayout},
-    pbr::{MeshPipeline, MeshPipelineKey},
+    pbr::{MATERIAL_BIND_GROUP_INDEX, MeshPipeline, MeshPipelineKey},
     prelude::*,
     render::render_resource::{
         BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, CompareFunction, Face,
@@ -48,7 +48,7 @@ pub(super) struct DrawVariant {
     /// Whether only an isosurface is drawn.
     is_isosurface: bool,
     reconstruction: Reconstruction,
-    is_lit: bool,
+    lighting: VolumeLighting,
     by_gradient: bool,
     pub rays: RaysDrawn,
     pub samples: SamplesDrawn,
@@ -94,7 +94,7 @@ impl DrawVariant {
             texels: texels.shader_def(),
             is_isosurface: draws_surface,
             reconstruction: shading.reconstruction,
-            is_lit: shading.lighting != VolumeLighting::Unlit,
+            lighting: shading.lighting,
             by_gradient,
             samples: default(),
             // Runs end where they would be opaque, but modulated ones are not.
@@ -116,15 +116,25 @@ impl DrawVariant {
         has_samples.then_some(Self { samples: SamplesDrawn::Far, rays, ..self })
     }
 
-    /// Whether pixels at outlines may have several rays in views of this kind.
+    /// Whether a pass of its own may shade pixels at outlines in views of this kind. The lights of the scene are known to
+    /// fragments alone.
     pub fn may_have_outlines(self, view: MeshPipelineKey) -> bool {
-        view.msaa_samples() > 1 && !self.is_isosurface
+        view.msaa_samples() > 1 && !self.is_isosurface && !self.has_scene_lights()
+    }
+
+    /// Whether the lights of the scene are.
+    pub fn has_scene_lights(self) -> bool {
+        self.lighting == VolumeLighting::SceneLights
     }
 
     /// Definitions for the shaders.
     pub fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let isosurface = self.is_isosurface.then_some("ISOSURFACE");
-        let lit = self.is_lit.then_some("LIT");
+        let lit = match self.lighting {
+            VolumeLighting::Unlit => None,
+            VolumeLighting::Headlight => Some("LIT"),
+            VolumeLighting::SceneLights => Some("SCENE_LIGHTS"),
+        };
         let by_gradient = self.by_gradient.then_some("BY_GRADIENT");
         let far = (self.samples == SamplesDrawn::Far).then_some("FAR_SAMPLES");
         let named = [self.texels, isosurface, lit, by_gradient, far].into_iter().flatten();
@@ -167,14 +177,21 @@ fn outline_layouts() -> [BindGroupLayoutDescriptor; 2] {
     ]
 }
 
-/// Bindings of both. Drawing does not read the dilation maps, and fragment shaders get 16 textures, Bevy's included.
+/// Bindings of both.
 fn layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
+    let mut entries = marched_layout_entries(stages);
+    entries.push(texture_3d(TextureSampleType::Float { filterable: true }).build(OCCLUSION, stages));
+    entries.push(storage_buffer_read_only_sized(false, None).build(RUNS_BINDING, stages));
+    entries
+}
+
+/// Bindings of what follows rays of a view while it draws. Drawing does not read the dilation maps, and fragment shaders get
+/// 16 textures, Bevy's included.
+pub(super) fn marched_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayoutEntry> {
     let mut entries = layouts::brick_layout_entries(stages);
     entries.retain(|entry| entry.binding != layouts::DILATION_MAPS);
-    let volume = texture_3d(TextureSampleType::Float { filterable: true });
-    entries.extend([ORIENTATIONS, OCCLUSION].map(|binding| volume.build(binding, stages)));
-    let view = uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, stages);
-    entries.extend([storage_buffer_read_only_sized(false, None).build(RUNS_BINDING, stages), view]);
+    entries.push(texture_3d(TextureSampleType::Float { filterable: true }).build(ORIENTATIONS, stages));
+    entries.push(uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, stages));
     entries
 }
 
@@ -204,6 +221,8 @@ impl SpecializedRenderPipeline for DrawPipeline {
         descriptor.layout.push(self.layout.clone());
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
         defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(variant.shader_defs()));
+        // Bevy's lights are in one module with what reads the bindings of its materials.
+        defs.push(ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), MATERIAL_BIND_GROUP_INDEX as u32));
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader = self.shader.clone();
             fragment.shader_defs = defs.clone();

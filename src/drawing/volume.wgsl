@@ -3,7 +3,7 @@
 // Drawn on the back faces of the volume's box, so that the camera may be inside the box. A ray ends
 // at opaque geometry, by the depth of the prepass. The samples of a multisampled pixel have one ray. Where it ends much
 // farther away for some of them, at the outline of a mesh, two draws share the samples: FAR_SAMPLES draws those. Pixels at
-// outlines of the volume have the mean of several rays (`outline_colors.wgsl`).
+// outlines of the volume have the mean of several rays (`outline_colors.wgsl`). Fog is that at the end of what is seen.
 
 #import bevy_pbr::{
     mesh_view_bindings::view,
@@ -18,20 +18,29 @@
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
 #endif
+#ifdef DISTANCE_FOG
+#import bevy_pbr::{mesh_view_bindings::fog, pbr_functions::apply_fog}
+#endif
 #ifdef ISOSURFACE
 #import bevy_contextual_ao::{
     ambient_light::ambient_at,
-    orientation::NO_CUT,
+    orientation::{NO_CUT, orientation_at},
     shading::shade,
     surface_ray::surface_hit,
 }
+#ifdef SCENE_LIGHTS
+#import bevy_contextual_ao::scene_lights::{NOTHING_UNLIT, light_of, with_sample}
+#endif
 #endif
 #import bevy_contextual_ao::{
-    compositing::{Pixel, completed, pixel_of_ray},
+    compositing::{Pixel, completed, empty_pixel, pixel_of_ray},
     drawn_box::corner_of_box,
-    marched_view::{MarchedView, NOT_LISTED, NO_COLOR, listed_pixels, ray_through, word_of_color, word_of_slot},
-    runs::no_run,
-    seen::first_run,
+    marched_view::{
+        MarchedView, NOT_LISTED, NO_COLOR, OUTLINE_RUN, listed_pixels, outline_offset, outline_rays, ray_through, word_of_color,
+        word_of_slot,
+    },
+    runs::{no_run, unpack_run},
+    seen::{first_run, runs},
     view_ray::ViewRay,
     volume_bindings::volume,
 }
@@ -41,20 +50,53 @@
 // Lists of the pixels at outlines.
 @group(#{VOLUME_BIND_GROUP}) @binding(13) var<storage, read> outlines: array<u32>;
 
-// What the rays of a pixel at an outline see. It ends at NO_COLOR if the pixel has no rays but its own.
-fn pixel_of_outline(pixel: vec2<u32>) -> Pixel {
-    var seen = Pixel(vec3(0.0), 0.0, NO_COLOR);
+// Place of a pixel in the list of outlines, or NOT_LISTED.
+fn slot_of(pixel: vec2<u32>) -> u32 {
+    var slot = NOT_LISTED;
     if listed_pixels(marched_view, outlines[marched_view.first_outline]) > 0u {
-        let slot = outlines[word_of_slot(marched_view, pixel)];
-        if slot != NOT_LISTED {
-            let word = word_of_color(marched_view, slot);
-            let red_green = unpack2x16float(outlines[word]);
-            let blue_alpha = unpack2x16float(outlines[word + 1u]);
-            seen = Pixel(vec3(red_green, blue_alpha.x), blue_alpha.y, bitcast<f32>(outlines[word + 2u]));
+        slot = outlines[word_of_slot(marched_view, pixel)];
+    }
+    return slot;
+}
+
+#ifdef SCENE_LIGHTS
+// What a pixel sees: the mean of its rays at an outline, else of its own ray. The lights of the scene are known to fragments
+// alone, so that the rays are followed here, each up to the opaque geometry of the pixel.
+fn pixel_of_scene(own: ViewRay, pixel: vec2<u32>, slot: u32) -> Pixel {
+    let is_listed = slot != NOT_LISTED;
+    let count = select(1u, outline_rays(marched_view), is_listed);
+    var seen = empty_pixel();
+    for (var k = 0u; k < count; k += 1u) {
+        var ray = own;
+        var run = first_run(marched_view, pixel);
+        if is_listed {
+            ray = ray_through(marched_view, vec2<f32>(pixel) + outline_offset(marched_view, k));
+            ray.end_mm = min(ray.end_mm, own.end_mm);
+            run = unpack_run(runs[outlines[marched_view.first_outline + OUTLINE_RUN] + count * slot + k]);
         }
+        let one = completed(pixel_of_ray(ray, run));
+        seen.color += one.color / f32(count);
+        seen.alpha += one.alpha / f32(count);
+        seen.end_mm = max(seen.end_mm, one.end_mm);
     }
     return seen;
 }
+#else
+// What the rays of a pixel in the list of outlines see. It ends at NO_COLOR if the pixel is not listed.
+fn pixel_of_outline(slot: u32) -> Pixel {
+    var seen = empty_pixel();
+    seen.end_mm = NO_COLOR;
+    if slot != NOT_LISTED {
+        let word = word_of_color(marched_view, slot);
+        let red_green = unpack2x16float(outlines[word]);
+        let blue_alpha = unpack2x16float(outlines[word + 1u]);
+        seen.color = vec3(red_green, blue_alpha.x);
+        seen.alpha = blue_alpha.y;
+        seen.end_mm = bitcast<f32>(outlines[word + 2u]);
+    }
+    return seen;
+}
+#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -132,22 +174,39 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
 #ifdef ISOSURFACE
     let hit = surface_hit(ray);
     // No branch on a hit: inside such a branch, the shading's branches would depend on uniforms alone.
-    let color = shade(hit.color, hit.alpha, hit.p, ray.direction, ambient_at(hit.p, NO_CUT), NO_CUT);
-    var pixel = Pixel(hit.alpha * color, hit.alpha, 0.0);
+    let ambient = ambient_at(hit.p, NO_CUT);
+    var pixel = empty_pixel();
+    pixel.alpha = hit.alpha;
+    pixel.end_mm = hit.along_mm;
+#ifdef SCENE_LIGHTS
+    let orientation = orientation_at(hit.p, NO_CUT);
+    pixel.color = light_of(with_sample(NOTHING_UNLIT, hit.alpha, hit.color, hit.along_mm, ambient, orientation), ray);
+#else
+    pixel.color = hit.alpha * shade(hit.color, hit.alpha, hit.p, ray.direction, ambient, NO_CUT);
+#endif
+#else
+    let pixel_place = vec2<u32>(position.xy);
+    let slot = select(slot_of(pixel_place), NOT_LISTED, samples.is_split);
+    var is_own = true;
+    // Several draws share the pixels: rays whose runs found no room are followed by one draw.
+#ifdef SCENE_LIGHTS
+    let is_smooth = slot != NOT_LISTED;
 #else
     // Rays of outlines were followed without regard to meshes. The pixel's own ray is drawn where a mesh ends what they see,
     // and at outlines of meshes.
-    let outline = pixel_of_outline(vec2<u32>(position.xy));
+    let outline = pixel_of_outline(slot);
     let is_in_front = !is_ended_by_mesh || samples.end_mm > ray.begin_mm && outline.end_mm <= samples.end_mm;
-    let is_smooth = outline.end_mm != NO_COLOR && is_in_front && !samples.is_split;
-    var run = first_run(marched_view, vec2<u32>(position.xy));
-    var is_own = true;
-    // Several draws share the pixels: rays whose runs found no room are followed by one draw.
+    let is_smooth = outline.end_mm != NO_COLOR && is_in_front;
+#endif
+    var run = first_run(marched_view, pixel_place);
 #ifdef CUT_OFF_ALONE
     is_own = run.is_cut_off && !is_smooth;
 #else ifndef REST
     is_own = !run.is_cut_off || is_smooth;
 #endif
+#ifdef SCENE_LIGHTS
+    var pixel = pixel_of_scene(ray, pixel_place, slot);
+#else
     if is_smooth {
         run = no_run();
     }
@@ -155,11 +214,17 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     if is_smooth {
         pixel = outline;
     }
+#endif
     pixel.alpha *= f32(is_own);
 #endif
     if pixel.alpha <= 0.0 {
         discard;
     }
+#ifdef DISTANCE_FOG
+    let seen_world = (volume.world_from_local * vec4(ray.near + pixel.end_mm * ray.direction, 1.0)).xyz;
+    let fogged = apply_fog(fog, vec4(pixel.color / pixel.alpha, 1.0), seen_world, view.world_position.xyz, position.xy);
+    pixel.color = fogged.rgb * pixel.alpha;
+#endif
 #ifdef TONEMAP_IN_SHADER
     let mapped = tone_mapping(vec4(pixel.color / pixel.alpha, 1.0), view.color_grading).rgb;
     pixel.color = mapped * pixel.alpha;

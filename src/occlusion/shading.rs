@@ -9,6 +9,12 @@ use core::str::FromStr;
 pub struct VolumeShading {
     /// The light on samples.
     pub lighting: VolumeLighting,
+    /// Roughness of surfaces under the scene's lights, 0 to 1, as that of Bevy's `StandardMaterial`. A lower one gives
+    /// smaller, brighter highlights.
+    pub perceptual_roughness: f32,
+    /// Reflectance of surfaces under the scene's lights, 0 to 1, as that of Bevy's `StandardMaterial`: 0.5 is 4 % of the
+    /// light from straight ahead. A higher one gives brighter highlights.
+    pub reflectance: f32,
     /// Whether [`AmbientOcclusion`](super::AmbientOcclusion) darkens samples: the ambient and diffuse parts of lit
     /// samples, all of the colour of unlit ones. If `false`, no occlusion is computed.
     pub ambient_occlusion: bool,
@@ -35,6 +41,8 @@ impl Default for VolumeShading {
     fn default() -> Self {
         Self {
             lighting: default(),
+            perceptual_roughness: 0.5,
+            reflectance: 0.5,
             ambient_occlusion: true,
             ambient_scale: default(),
             occlusion_intensity: 1.0,
@@ -52,6 +60,16 @@ impl VolumeShading {
     pub(crate) fn drawn_light(&self) -> [f32; 2] {
         let valid = |value: f32| if value.is_finite() { value.max(0.0) } else { 1.0 };
         [self.occlusion_intensity, self.exposure].map(valid)
+    }
+
+    /// Roughness and reflectance within their valid ranges; the defaults in place of what is not finite.
+    pub(crate) fn drawn_surface(&self) -> [f32; 2] {
+        let default = Self::default();
+        let valid =
+            |value: f32, default: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { default };
+        // The roughness of the least that Bevy's lights take.
+        let roughness = valid(self.perceptual_roughness, default.perceptual_roughness).max(0.089);
+        [roughness, valid(self.reflectance, default.reflectance)]
     }
 
     /// Rays of a pixel at an outline; 0 if it has its own ray alone.
@@ -76,6 +94,14 @@ pub enum VolumeLighting {
     /// A light at the camera, by Blinn-Phong. Normals come from the intensities, on cuts from the carver's surface, and
     /// from the distance field where only an isosurface is drawn.
     Headlight,
+    /// The lights of the scene, as Bevy's `StandardMaterial` takes them: directional, point, spot and ambient lights,
+    /// environment maps and irradiance volumes, in physical units, with the camera's exposure and the shadows of meshes.
+    /// Occlusion darkens indirect light alone. Matter without a surface is lit as if it faced the viewer. Normals are those of
+    /// [`Headlight`](Self::Headlight).
+    ///
+    /// Light is computed once for every tenth of a pixel's opacity: it costs more in translucent volumes. Screen-space and
+    /// directional occlusion draw by a headlight instead.
+    SceneLights,
 }
 
 /// Occlusion factor that gets all of the ambient light.

@@ -1,6 +1,8 @@
 //! Extraction of the scene, as this frame needs it, from the main world to the render world.
 
 use bevy::{
+    camera::visibility::RenderLayers,
+    light::{NotShadowCaster, NotShadowReceiver},
     math::{Affine3A, DAffine3, DVec3},
     platform::collections::HashSet,
     prelude::*,
@@ -57,6 +59,10 @@ pub(crate) struct ExtractedVolume {
     pub carvers: Vec<(usize, DAffine3)>,
     /// Whether the volume's transform is invertible. A collapsed volume keeps its resources, and waits.
     pub is_placed: bool,
+    /// Views and lights on one of these layers show the volume, or are stopped by it.
+    pub layers: RenderLayers,
+    pub casts_shadows: bool,
+    pub receives_shadows: bool,
 }
 
 /// Distances at which a carver acts on voxels, as radii of balls in the world.
@@ -158,6 +164,7 @@ pub(crate) fn extract_scene(
             (&VolumeShading, Option<&MotionSampling>),
             &GlobalTransform,
             Option<&VolumeBox>,
+            (&InheritedVisibility, Option<&RenderLayers>, Has<NotShadowCaster>, Has<NotShadowReceiver>),
         )>,
     >,
     carvers: Extract<Query<(&SpawnOrder, Entity, &ClipMesh, &ClipCamera, &GlobalTransform)>>,
@@ -196,34 +203,40 @@ pub(crate) fn extract_scene(
         scene.carvers.drain(first_beyond..).map(|carver| (carver.entity, carver.mesh)).collect();
     let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
     extracted.clear();
-    extracted.extend(volumes.iter().map(|(entity, table, (wanted, shown), shading, transform, drawn_on)| {
-        let occlusion = &shown.fitted;
-        let (shading, in_motion) = shading;
-        let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
-        let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
-        ExtractedVolume {
-            entity: entity.into(),
-            drawn_on: drawn_on.map(|child| child.0.into()),
-            geometry: table.geometry,
-            table: table.clone(),
-            by_gradient: shown.by_gradient && table.last_gradient.is_some(),
-            occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
-            has_occlusion: occlusion.has_occlusion(),
-            awaits_pipelines: wanted != occlusion,
-            shading: VolumeShading {
-                ambient_occlusion: uses_occlusion,
-                step_voxels,
-                reconstruction: shown.reconstruction,
-                lighting: shown.lighting,
-                outline_rays: shown.outline_rays,
-                ..shading.clone()
-            },
-            recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
-            world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
-            carvers: carvers_of(entity, carvers, &poses),
-            is_placed: is_invertible(transform),
-        }
-    }));
+    extracted.extend(volumes.iter().map(
+        |(entity, table, (wanted, shown), shading, transform, drawn_on, kind)| {
+            let occlusion = &shown.fitted;
+            let (shading, in_motion) = shading;
+            let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
+            let (visibility, layers, casts_none, receives_none) = kind;
+            let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
+            ExtractedVolume {
+                entity: entity.into(),
+                drawn_on: drawn_on.map(|child| child.0.into()),
+                geometry: table.geometry,
+                table: table.clone(),
+                by_gradient: shown.by_gradient && table.last_gradient.is_some(),
+                occlusion: AmbientOcclusion { recompute: default(), ..occlusion.occlusion.clone() },
+                has_occlusion: occlusion.has_occlusion(),
+                awaits_pipelines: wanted != occlusion,
+                shading: VolumeShading {
+                    ambient_occlusion: uses_occlusion,
+                    step_voxels,
+                    reconstruction: shown.reconstruction,
+                    lighting: shown.lighting,
+                    outline_rays: shown.outline_rays,
+                    ..shading.clone()
+                },
+                recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
+                world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
+                carvers: carvers_of(entity, carvers, &poses),
+                is_placed: is_invertible(transform),
+                layers: layers.cloned().unwrap_or_default(),
+                casts_shadows: visibility.get() && !casts_none,
+                receives_shadows: !receives_none,
+            }
+        },
+    ));
 }
 
 /// Whether counters can be read back. On a device without queries Bevy 0.19.1 reads the counters' buffers before they

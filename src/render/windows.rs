@@ -1,9 +1,11 @@
 //! Windows of views onto volumes, found once a frame.
 
 use bevy::{
+    camera::visibility::RenderLayers,
     diagnostic::FrameCount,
     ecs::{query::QueryData, system::SystemParam},
     math::Vec4Swizzles,
+    pbr::ShadowView,
     platform::collections::HashMap,
     prelude::*,
     render::{
@@ -34,17 +36,29 @@ pub(crate) type VolumeInView = (Entity, MainEntity);
 
 /// Windows onto every volume. A volume that no view shows has none.
 #[derive(Resource, Default)]
-pub(crate) struct VolumeWindows(HashMap<MainEntity, Vec<VolumeWindow>>);
+pub(crate) struct VolumeWindows(HashMap<MainEntity, WindowsOnto>);
+
+/// Windows onto a volume: those of cameras, and those of lights that it casts shadows of.
+#[derive(Default)]
+struct WindowsOnto {
+    cameras: Vec<VolumeWindow>,
+    lights: Vec<VolumeWindow>,
+}
 
 impl VolumeWindows {
-    /// Windows onto a volume, given by its entity in the main world.
+    /// Windows of cameras onto a volume, given by its entity in the main world.
     pub fn onto(&self, volume: MainEntity) -> &[VolumeWindow] {
-        self.0.get(&volume).map_or(&[], Vec::as_slice)
+        self.0.get(&volume).map_or(&[], |onto| &onto.cameras)
     }
 
-    /// Whether any view shows a volume. Nothing is computed for an unseen volume.
+    /// Windows of lights onto a volume that casts shadows: one for each shadow map.
+    pub fn of_lights(&self, volume: MainEntity) -> &[VolumeWindow] {
+        self.0.get(&volume).map_or(&[], |onto| &onto.lights)
+    }
+
+    /// Whether any view shows a volume, or its shadow. Nothing is computed for another volume.
     pub fn show(&self, volume: &ExtractedVolume) -> bool {
-        !self.onto(volume.entity).is_empty()
+        !self.onto(volume.entity).is_empty() || !self.of_lights(volume.entity).is_empty()
     }
 }
 
@@ -62,6 +76,7 @@ pub(crate) struct View {
 #[derive(SystemParam)]
 pub(crate) struct Views<'w, 's> {
     cameras: Query<'w, 's, View, With<ExtractedCamera>>,
+    lights: Query<'w, 's, (Entity, &'static ExtractedView, Option<&'static RenderLayers>), With<ShadowView>>,
     frame: Res<'w, FrameCount>,
 }
 
@@ -108,9 +123,11 @@ pub(crate) fn find_windows(scene: Res<ExtractedScene>, views: Views, mut windows
     windows.0.retain(|entity, _| scene.volumes.iter().any(|volume| volume.entity == *entity));
     for volume in &scene.volumes {
         let onto = windows.0.entry(volume.entity).or_default();
-        onto.clear();
+        onto.cameras.clear();
+        onto.lights.clear();
         if volume.is_placed {
-            onto.extend(views.of(volume));
+            onto.cameras.extend(views.of(volume));
+            onto.lights.extend(views.of_lights(volume));
         }
     }
 }
@@ -122,6 +139,14 @@ impl Views<'_, '_> {
             .iter()
             .filter(|view| volume.drawn_on.is_some_and(|drawn_on| shows(view.visible, drawn_on)))
             .filter_map(|view| window(&view, volume, self.frame.0))
+    }
+
+    /// Windows of the lights that a volume casts shadows of.
+    fn of_lights(&self, volume: &ExtractedVolume) -> impl Iterator<Item = VolumeWindow> {
+        let lights = self.lights.iter().filter(|_| volume.casts_shadows);
+        lights
+            .filter(|(.., layers)| layers.is_none_or(|layers| layers.intersects(&volume.layers)))
+            .filter_map(|(light, view, _)| window_of_light(light, view, volume))
     }
 }
 
@@ -148,18 +173,52 @@ fn window(
         pixels_of_box(clip_from_local, volume.geometry.corners().map(|c| c.as_vec3()), viewport);
     let uniform =
         WindowUniform { view_from_clip: clip_from_view.inverse(), world_from_view, viewport, first, end };
-    let is_mirrored = view.invert_culling
-        ^ (volume.world_from_local.matrix3.determinant() < 0.0)
-        ^ (volume.geometry.local_from_voxel.matrix3.determinant() < 0.0);
     first.cmplt(end).all().then_some(VolumeWindow {
         view: *entity,
         uniform,
         clip_from_local,
         unjittered: view.clip_from_view * view_from_local,
-        is_mirrored,
+        is_mirrored: is_mirrored(view, volume),
         noise_shift: jitter.map_or(0.0, |_| noise_shift(frame)),
         outline_rays: if msaa.samples() > 1 { volume.outline_rays() } else { 0 },
     })
+}
+
+/// Window of a shadow map around a volume's box. `None` if the box is out of view.
+fn window_of_light(light: Entity, view: &ExtractedView, volume: &ExtractedVolume) -> Option<VolumeWindow> {
+    let viewport = view.viewport.as_vec4();
+    let corners = volume.geometry.corners().map(|corner| corner.as_vec3());
+    let view_from_clip = view.clip_from_view.inverse();
+    let mut world_from_view = view.world_from_view.to_matrix();
+    let view_from_local = world_from_view.inverse() * Mat4::from(volume.world_from_local);
+    let clip_from_local = view.clip_from_view * view_from_local;
+    let is_parallel = view.clip_from_view.w_axis.w == 1.0;
+    let mut flat_from_local = clip_from_local;
+    if is_parallel {
+        // What is in front of the near plane casts a shadow, too: rays begin in front of the volume.
+        let near = view_from_clip.project_point3(Vec3::Z).z;
+        let nearest =
+            corners.map(|corner| view_from_local.transform_point3(corner).z).into_iter().fold(near, f32::max);
+        world_from_view *= Mat4::from_translation((nearest - near) * Vec3::Z);
+        flat_from_local = Mat4::from_scale(Vec3::new(1.0, 1.0, 0.0)) * clip_from_local;
+    }
+    let (first, end) = pixels_of_box(flat_from_local, corners, viewport);
+    first.cmplt(end).all().then_some(VolumeWindow {
+        view: light,
+        uniform: WindowUniform { view_from_clip, world_from_view, viewport, first, end },
+        clip_from_local,
+        unjittered: clip_from_local,
+        is_mirrored: is_mirrored(view, volume),
+        outline_rays: 0,
+        noise_shift: 0.0,
+    })
+}
+
+/// Whether a view shows a volume's voxels mirrored.
+fn is_mirrored(view: &ExtractedView, volume: &ExtractedVolume) -> bool {
+    view.invert_culling
+        ^ (volume.world_from_local.matrix3.determinant() < 0.0)
+        ^ (volume.geometry.local_from_voxel.matrix3.determinant() < 0.0)
 }
 
 /// Shift of the noise in a frame, [0, 1): steps of the golden ratio, so that any number of frames fill the range evenly.

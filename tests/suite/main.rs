@@ -56,6 +56,7 @@ mod reconstruction;
 mod report;
 mod rigs;
 mod runs;
+mod scene_lights;
 mod screen_space;
 mod settings_changes;
 mod shaders;

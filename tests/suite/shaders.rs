@@ -18,7 +18,7 @@ macro_rules! sources {
 }
 
 /// Libraries, each after those that it imports.
-const LIBRARIES: [(&str, &str); 35] = sources![
+const LIBRARIES: [(&str, &str); 36] = sources![
     "volumes/bindings.wgsl",
     "volumes/reconstruction.wgsl",
     "volumes/gradients.wgsl",
@@ -42,6 +42,7 @@ const LIBRARIES: [(&str, &str); 35] = sources![
     "views/runs.wgsl",
     "views/lit_slices.wgsl",
     "views/next_run.wgsl",
+    "views/stop.wgsl",
     "clipping/density.wgsl",
     "methods/filtering/voxel_lines.wgsl",
     "methods/filtering/voxel_density.wgsl",

@@ -59,9 +59,11 @@ fn run_of_pixel(view: MarchedView, pixel: vec2<u32>) -> u32 {
     return view.first_run + place.y * (view.window.end.x - view.window.first.x) + place.x;
 }
 
-// Words before the pixels in a list of outlines: the number of pixels found. Behind the list is what the rays of these
+// Words before the pixels in a list of outlines: the number of pixels found, and the index of the first run of their rays.
+// Behind the list is what the rays of these
 // pixels see. Then each pixel of the window has its place in the list, or NOT_LISTED.
-const OUTLINE_HEAD: u32 = 1u;
+const OUTLINE_HEAD: u32 = 2u;
+const OUTLINE_RUN: u32 = 1u;
 const NOT_LISTED: u32 = 0xffffffffu;
 // Words of what is seen: red and green, blue and opacity, all as half floats; the distance at which the last slice ends, mm,
 // or NO_COLOR until it is known.

@@ -16,6 +16,7 @@ pub(super) fn add_shaders(app: &mut App) {
     load_shader_library!(app, "runs.wgsl");
     load_shader_library!(app, "lit_slices.wgsl");
     load_shader_library!(app, "next_run.wgsl");
+    load_shader_library!(app, "stop.wgsl");
     load_shader_library!(app, "seen.wgsl");
     load_shader_library!(app, "cut_surface.wgsl");
     load_shader_library!(app, "orientation.wgsl");

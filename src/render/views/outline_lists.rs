@@ -8,7 +8,7 @@ use crate::render::{
 };
 
 /// Words before the pixels in a list of outlines, `OUTLINE_HEAD` in WGSL.
-pub(in crate::render) const OUTLINE_HEAD: u64 = 1;
+pub(in crate::render) const OUTLINE_HEAD: u64 = 2;
 /// Words of what the rays of a listed pixel see, `COLOR_WORDS` in WGSL.
 pub(in crate::render) const COLOR_WORDS: u64 = 3;
 /// Most workgroups in a row, `ROW` in WGSL.

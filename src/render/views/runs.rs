@@ -120,7 +120,7 @@ fn pack_pixel(pixel: UVec2) -> u32 {
 }
 
 impl MarchedViewUniform {
-    fn without_runs(window: &VolumeWindow) -> Self {
+    pub fn without_runs(window: &VolumeWindow) -> Self {
         Self {
             window: window.uniform,
             clip_from_local: window.clip_from_local,
@@ -300,7 +300,8 @@ impl ViewRuns {
             return;
         };
         for (index, view) in of_outlines.iter().enumerate() {
-            gpu.queue.write_buffer(lists, 4 * u64::from(view.first_outline), &[0; 4]);
+            let head = [0, view.first_run];
+            gpu.queue.write_buffer(lists, 4 * u64::from(view.first_outline), bytemuck::cast_slice(&head));
             let reset = [BOX_VERTICES, 0, 0, 0, 0];
             gpu.queue.write_buffer(counts, further_offset(views + index), bytemuck::cast_slice(&reset));
         }

@@ -24,6 +24,8 @@ struct ViewRay {
     depth_per_mm: f32,
     // Length of the first interval, steps.
     offset: f32,
+    // Where the ray goes through, pixels.
+    place: vec2<f32>,
 }
 
 // Row of the lookup table with a tile of blue noise, and pixels along each side of the tile.
@@ -69,6 +71,7 @@ fn view_ray(place: vec2<f32>, window: Window, noise_shift: f32) -> ViewRay {
     ray.end_mm = min(exits.x, min(exits.y, exits.z));
     ray.near_depth = -near_view.z;
     ray.depth_per_mm = -direction_view.z / length(along);
+    ray.place = place;
     ray.offset = mix(0.5, fract(noise(place) + noise_shift), volume.jitter_share);
     return ray;
 }

@@ -9,6 +9,7 @@ struct VolumeUniform {
     // Voxel index, at voxel centres → volume space (mm).
     local_from_voxel: mat4x4<f32>,
     local_from_world: mat4x4<f32>,
+    world_from_local: mat4x4<f32>,
     // Number of voxels.
     dimensions: vec3<u32>,
     // Shares, 0 or 1: of shading by occlusion, of shading by a light, and of the jitter of view rays.
@@ -66,6 +67,11 @@ struct VolumeUniform {
     high_octants: vec4<f32>,
     occlusion_power: f32,
     both_sides: f32,
+    // Roughness and reflectance of surfaces under the scene's lights, as Bevy's materials have them.
+    perceptual_roughness: f32,
+    reflectance: f32,
+    // 1: meshes and volumes cast shadows onto the volume.
+    receives_shadows: u32,
 }
 
 struct Carver {

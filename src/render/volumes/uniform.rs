@@ -19,6 +19,7 @@ pub(crate) struct VolumeUniform {
     texture_from_local: Mat4,
     local_from_voxel: Mat4,
     local_from_world: Mat4,
+    world_from_local: Mat4,
     dimensions: UVec3,
     occlusion_share: f32,
     light_share: f32,
@@ -54,6 +55,9 @@ pub(crate) struct VolumeUniform {
     high_octants: Vec4,
     occlusion_power: f32,
     both_sides: f32,
+    perceptual_roughness: f32,
+    reflectance: f32,
+    receives_shadows: u32,
 }
 
 impl VolumeUniform {
@@ -100,6 +104,7 @@ impl VolumeUniform {
         };
         let reads_farther = volume.smooths_occlusion() && volume.shading.reconstruction.is_tricubic();
         let [occlusion_intensity, exposure] = volume.shading.drawn_light();
+        let [perceptual_roughness, reflectance] = volume.shading.drawn_surface();
         // Blocks at the far edges count whole, with their part beyond the grid.
         let covered = (geometry.dimensions + (stride - 1)) / stride * stride;
         Self {
@@ -107,9 +112,10 @@ impl VolumeUniform {
                 .as_mat4(),
             local_from_voxel: DMat4::from(geometry.local_from_voxel).as_mat4(),
             local_from_world: Mat4::from(volume.world_from_local.inverse()),
+            world_from_local: Mat4::from(volume.world_from_local),
             dimensions: geometry.dimensions,
             occlusion_share: f32::from(volume.shading.ambient_occlusion && has_occlusion && is_of_voxels),
-            light_share: f32::from(volume.shading.lighting == VolumeLighting::Headlight),
+            light_share: f32::from(volume.shading.lighting != VolumeLighting::Unlit),
             jitter_share: f32::from(volume.shading.jitter),
             largest_stored: largest_stored as f32,
             table_first: lo as f32,
@@ -144,6 +150,9 @@ impl VolumeUniform {
             high_octants: Vec4::from_slice(&octants[4..]),
             occlusion_power: drawing.power,
             both_sides: f32::from(drawing.both_sides),
+            perceptual_roughness,
+            reflectance,
+            receives_shadows: volume.receives_shadows.into(),
         }
     }
 }

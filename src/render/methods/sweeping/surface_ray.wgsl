@@ -22,8 +22,9 @@ struct SurfaceHit {
     color: vec3<f32>,
     // 1, or 0 if nothing is hit.
     alpha: f32,
-    // Texture coordinates.
+    // Texture coordinates, and distance from the ray's start.
     p: vec3<f32>,
+    along_mm: f32,
 }
 
 fn is_inside(ray: ViewRay, along_mm: f32) -> bool {
@@ -60,5 +61,5 @@ fn surface_hit(ray: ViewRay) -> SurfaceHit {
     let p = ray.origin + inside_mm * ray.velocity;
     let intensity = textureSampleLevel(intensities, edge_sampler, p, 0.0).r;
     let color = classify(intensity, gradient_at(p)).rgb;
-    return SurfaceHit(color, select(0.0, 1.0, i < count), p);
+    return SurfaceHit(color, select(0.0, 1.0, i < count), p, inside_mm);
 }

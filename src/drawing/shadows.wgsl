@@ -1,0 +1,43 @@
+// Shadow of a volume in one of Bevy's shadow maps: the depth at which light is stopped (`stop`), along rays of the light.
+//
+// Matter that is translucent stops the light in some texels alone, by blue noise: so shadows, which are means over some
+// texels, are as dark as the matter is opaque. An isosurface that is drawn alone stops all light.
+
+#import bevy_contextual_ao::{
+    drawn_box::corner_of_box,
+    marched_view::{MarchedView, ray_through},
+    view_ray::{OPAQUE, ViewRay, noise},
+}
+#ifdef ISOSURFACE
+#import bevy_contextual_ao::surface_ray::surface_hit
+#else
+#import bevy_contextual_ao::{next_run::begin_march, stop::stop_of}
+#endif
+
+@group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let clip = corner_of_box(marched_view, index);
+    // A box that reaches beyond the near or the far plane is drawn whole.
+    return vec4(clip.xy, clamp(clip.z, 0.0, max(clip.w, 0.0)), clip.w);
+}
+
+@fragment
+fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 {
+    let ray = ray_through(marched_view, position.xy);
+#ifdef ISOSURFACE
+    let hit = surface_hit(ray);
+    let along_mm = hit.along_mm;
+    let is_there = hit.alpha > 0.0;
+#else
+    let stop = stop_of(ray, begin_march(ray), clamp(noise(position.xy), 1.0 - OPAQUE, OPAQUE));
+    let along_mm = stop.along_mm;
+    let is_there = stop.is_there;
+#endif
+    if !is_there {
+        discard;
+    }
+    let clip = marched_view.clip_from_local * vec4(ray.near + along_mm * ray.direction, 1.0);
+    return saturate(clip.z / clip.w);
+}

@@ -1,0 +1,29 @@
+// The point of a view ray up to which a share of its light is stopped. It has a depth, where a volume as a whole has none:
+// for motion vectors and for shadow maps.
+
+#define_import_path bevy_contextual_ao::stop
+
+#import bevy_contextual_ao::{
+    next_run::{March, next_run},
+    runs::{Run, THEN_END, slice_of_run, slices_of},
+    view_ray::ViewRay,
+}
+
+struct Stop {
+    // Distance from the ray's start: the middle of a slice.
+    along_mm: f32,
+    is_there: bool,
+}
+
+// The point up to which the opacity adds up to `most_alpha`, from a state of following the ray on.
+fn stop_of(ray: ViewRay, from_here: March, most_alpha: f32) -> Stop {
+    var march = from_here;
+    var run: Run;
+    var is_there = true;
+    while is_there && march.alpha < most_alpha {
+        run = next_run(ray, &march, most_alpha);
+        is_there = slices_of(run) > 0u && (run.then != THEN_END || march.alpha >= most_alpha);
+    }
+    let slice = slice_of_run(ray, run, max(slices_of(run), 1u) - 1u);
+    return Stop(0.5 * (slice.begin_mm + slice.end_mm), is_there);
+}
