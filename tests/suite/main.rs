@@ -71,4 +71,5 @@ mod transfer_function;
 mod unseen;
 mod users_own;
 mod views;
+mod volume_shadows;
 mod window;

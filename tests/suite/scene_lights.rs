@@ -2,10 +2,12 @@
 
 use bevy::{
     asset::RenderAssetUsages,
+    camera::visibility::RenderLayers,
     light::NotShadowCaster,
     light::{DirectionalLightShadowMap, PointLightShadowMap},
     math::DVec3,
     mesh::SphereKind,
+    pbr::{DistanceFog, FogFalloff},
     prelude::*,
     render::render_resource::{
         Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
@@ -15,7 +17,10 @@ use bevy_contextual_ao::{prelude::*, volume::WORLD_UNITS_PER_MM};
 use contextual_ao_kit::mode::ShadingMode;
 use half::f16;
 
-use crate::scene::{IMAGE, TestScene, volume_from};
+use crate::{
+    scene::{IMAGE, TestScene, volume_from},
+    volume_shadows::near_cascade,
+};
 
 const SIDE: u32 = 48;
 const RADIUS_MM: f64 = 20.0;
@@ -143,9 +148,13 @@ fn spawn_light(world: &mut World, kind: usize, has_shadows: bool) -> Entity {
     let place = towards_center(Vec3::new(0.1, 0.09, 0.06));
     match kind {
         0 => {
-            let light =
-                DirectionalLight { illuminance: 4000.0, shadow_maps_enabled: has_shadows, ..default() };
-            world.spawn((light, place)).id()
+            let light = DirectionalLight {
+                illuminance: 4000.0,
+                shadow_maps_enabled: has_shadows,
+                shadow_depth_bias: 0.002,
+                ..default()
+            };
+            world.spawn((light, near_cascade(), place)).id()
         }
         1 => {
             let intensity = 1000.0;
@@ -306,4 +315,46 @@ fn volumes_cast_shadows_onto_meshes() {
         assert!(shaded > 100, "{name}: {shaded}");
         assert!(off * 20 < shaded, "{name}: {off} pixels off, {shaded} in shadow");
     }
+}
+
+#[test]
+fn fog_hides_a_volume_as_it_hides_a_mesh() {
+    let mut pair = Pair::new();
+    spawn_light(pair.scene.world(), 0, false);
+    let camera = pair.scene.camera();
+    let falloff = FogFalloff::Linear { start: 0.05, end: 0.2 };
+    let fog = DistanceFog { color: Color::srgb(0.2, 0.4, 0.8), falloff, ..default() };
+    let clear = pair.pictures()[0].clone();
+    pair.scene.world().entity_mut(camera).insert(fog);
+    pair.compare(2).below("fog", 0.03, 0.003);
+    let foggy = pair.pictures()[0].clone();
+    let center = (IMAGE.y / 2 * IMAGE.x + IMAGE.x / 2) as usize;
+    assert!((foggy[center][2] - clear[center][2]).abs() > 0.05, "{:?}, {:?}", foggy[center], clear[center]);
+}
+
+#[test]
+fn outlines_under_msaa_are_those_of_a_mesh() {
+    let mut pair = Pair::new();
+    pair.scene.world().insert_resource(GlobalAmbientLight { brightness: 2000.0, ..default() });
+    let camera = pair.scene.camera();
+    let off_at_outlines = |pair: &mut Pair| {
+        let [volume, mesh] = pair.pictures();
+        let brightest = mesh.iter().flatten().copied().fold(0.0, f64::max);
+        // Pixels that the mesh fills in part, or that are beside them.
+        let is_outline = |index: usize| {
+            let around = [index - 1, index + 1, index - IMAGE.x as usize, index + IMAGE.x as usize];
+            let light = |index: usize| mesh[index][0];
+            around.iter().any(|other| (light(*other) - light(index)).abs() > 0.2 * brightest)
+        };
+        let row = IMAGE.x as usize;
+        let outline: Vec<_> = (row..mesh.len() - row).filter(|index| is_outline(*index)).collect();
+        let squares = outline.iter().map(|index| ((volume[*index][0] - mesh[*index][0]) / brightest).powi(2));
+        (squares.sum::<f64>() / outline.len() as f64).sqrt()
+    };
+    pair.scene.world().entity_mut(camera).insert(Msaa::Sample4);
+    let smooth = off_at_outlines(&mut pair);
+    pair.shading().outline_rays = 1;
+    let alone = off_at_outlines(&mut pair);
+    println!("off by {smooth:.3} at outlines, by {alone:.3} with one ray");
+    assert!(smooth < 0.13 && smooth < 0.6 * alone, "off by {smooth}, by {alone} with one ray");
 }
