@@ -26,8 +26,8 @@
 //! doi:10.1016/j.cag.2024.01.011).
 //!
 //! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
-//! the shading. `picking` casts rays at them. `render` extracts these descriptions and runs the passes. [`drawing`] draws the volumes.
-//! [`diagnostics`] reports the work done.
+//! the shading. `picking` casts rays at them. `render` extracts these descriptions and runs the passes. [`drawing`] draws
+//! the volumes. [`diagnostics`] reports the work done.
 
 #![cfg_attr(
     not(all(

@@ -38,8 +38,8 @@ use crate::{
 /// A ray takes as many samples as a view ray of the same length, some 1,000 through a volume of 512 voxels a side. Where
 /// there are carvers in its way, it tests all their triangles.
 ///
-/// Transforms, carvers and transfer functions count as they were at the end of the last frame, and
-/// [`GlobalTransform`]s as they are. Carvers count if their vertices are kept in the main world
+/// Volumes and carvers are where their [`GlobalTransform`]s say. Transfer functions and the poses of skinned carvers count
+/// as of the last [`PostUpdate`]. A carver counts if its vertices are kept in the main world
 /// ([`RenderAssetUsages::MAIN_WORLD`](bevy::asset::RenderAssetUsages)).
 #[derive(SystemParam)]
 pub struct VolumeRayCast<'w, 's> {

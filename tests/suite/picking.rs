@@ -4,7 +4,15 @@ mod bodies;
 mod pictures;
 pub mod pointers;
 
-use bevy::{camera::visibility::RenderLayers, math::DVec3, prelude::*};
+use bevy::{
+    camera::visibility::RenderLayers,
+    math::DVec3,
+    mesh::{
+        VertexAttributeValues,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+    prelude::*,
+};
 use bevy_contextual_ao::{
     occlusion::{OcclusionSweeping, SweepingSurface},
     prelude::*,
@@ -283,6 +291,37 @@ fn round_and_several_carvers_leave_what_is_left() {
     assert!(depth_mm(&mut bench, 2.5).is_some());
     bench.app.world_mut().entity_mut(ball).despawn();
     assert!(depth_mm(&mut bench, 1.3).is_some_and(|(depth, _)| near(depth, 0.0)));
+}
+
+#[test]
+fn a_skinned_carver_is_hit_in_its_pose() {
+    let mut bench = Bench::new(&Grid::even(), &[Transform::IDENTITY], |_| 1.0, opaque_from(0.5));
+    let top = Grid::even().half_mm().y;
+    let mesh = Mesh::from(Cuboid::from_length(6.0));
+    let corners = mesh.count_vertices();
+    let mesh = mesh
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_JOINT_INDEX,
+            VertexAttributeValues::Uint16x4(vec![[0; 4]; corners]),
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0f32, 0.0, 0.0, 0.0]; corners]);
+    let carver = bench.carve(mesh, ClipMesh::default(), Transform::from_xyz(0.0, top as f32, 0.0));
+    let world = bench.app.world_mut();
+    // The joint shifts the vertices, which are in mm.
+    let joint = world.spawn((Transform::from_xyz(0.0, -2.0, 0.0), ChildOf(carver))).id();
+    let bindposes = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]);
+    let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(bindposes);
+    world.entity_mut(carver).insert(SkinnedMesh { inverse_bindposes, joints: vec![joint] });
+    let from = DVec3::new(0.5, top + 9.0, 0.3);
+    let ray = world_ray(&bench.world_from_mm(), from, from - DVec3::Y);
+    for depth in [5.0, 1.0] {
+        bench.app.world_mut().entity_mut(joint).insert(Transform::from_xyz(0.0, 3.0 - depth as f32, 0.0));
+        bench.app.update();
+        let hit = bench.cast(ray).expect("the bottom");
+        let found = top - bench.to_mm(hit.position).y;
+        assert!((found - depth).abs() < 0.03 * STEP_MM, "{found} mm, expected {depth}");
+        assert_eq!(hit.carver, Some(carver));
+    }
 }
 
 #[test]
