@@ -78,7 +78,9 @@ fn pixels_that_show_the_volume_are_hit() {
         let [hit, missed, faults] = compare(&shown, |pixel| hits[pixel].is_some());
         let on_cut = hits.iter().flatten().filter(|hit| hit.carver.is_some()).count();
         println!("{name}: {hit} pixels are hit, {on_cut} of them on cuts, {missed} are not, {faults} differ");
-        assert!(hit > 1000 && missed > 1000 && on_cut > 100, "{name}: {hit}, {missed}, {on_cut}");
+        // In translucent matter half of the light goes on far behind a cut.
+        let is_cut_seen = on_cut > 100 || name != "opaque";
+        assert!(hit > 1000 && missed > 1000 && is_cut_seen, "{name}: {hit}, {missed}, {on_cut}");
         // At the outline of a cut, a texel of its depth map decides.
         assert!(faults * 400 <= hit, "{name}: {faults} pixels differ");
     }
