@@ -26,8 +26,8 @@
 //! doi:10.1016/j.cag.2024.01.011).
 //!
 //! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
-//! the shading. `render` extracts these descriptions and runs the passes. [`drawing`] draws the volumes.
-//! [`diagnostics`] reports the work done.
+//! the shading. `picking` casts rays at them. `render` extracts these descriptions and runs the passes. [`drawing`] draws
+//! the volumes. [`diagnostics`] reports the work done.
 
 #![cfg_attr(
     not(all(
@@ -45,6 +45,8 @@ pub mod clip;
 pub mod diagnostics;
 pub mod drawing;
 pub mod occlusion;
+#[cfg(feature = "picking")]
+pub mod picking;
 mod plugin;
 pub mod render;
 pub mod volume;
@@ -58,6 +60,10 @@ pub mod prelude {
     pub use crate::occlusion::{
         DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,
         SummedAreaOcclusion,
+    };
+    #[cfg(feature = "picking")]
+    pub use crate::picking::{
+        VolumeHit, VolumePickingCamera, VolumePickingSettings, VolumeRayCast, VolumeRayCastSettings,
     };
     pub use crate::{
         ContextualAoPlugin, VolumeBundle,

@@ -34,6 +34,8 @@ impl Plugin for ContextualAoPlugin {
             .init_resource::<TimePassesByClock>()
             .add_plugins((VolumePlugin, ClipPlugin, OcclusionPlugin))
             .add_systems(PreUpdate, receive_report);
+        #[cfg(feature = "picking")]
+        app.add_plugins(crate::picking::VolumePickingPlugin);
         if app.get_sub_app(RenderApp).is_none() {
             warn!("ContextualAoPlugin: there is no renderer, so volumes are not drawn");
             return;

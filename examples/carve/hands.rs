@@ -12,9 +12,10 @@ use bevy_panorbit_camera::PanOrbitCamera;
 use super::carvers::Carver;
 
 /// Effects of keys and pointer, for the panel.
-pub const HELP: [[&str; 2]; 13] = [
+pub const HELP: [[&str; 2]; 14] = [
     ["drag a carver", "move it"],
     ["scroll over it", "nearer, farther"],
+    ["double click", "put the selected carver there"],
     ["drag elsewhere", "orbit (right: pan, scroll: zoom)"],
     ["Tab", "select the next carver"],
     ["Q  E", "nearer, farther"],
@@ -42,7 +43,7 @@ pub struct HandsPlugin;
 
 impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Hand>().add_observer(grab).add_observer(drag).add_systems(
+        app.init_resource::<Hand>().add_observer(grab).add_observer(drag).add_observer(put).add_systems(
             Update,
             (
                 (select_next, toggle_operation, reset, press_keys)
@@ -100,6 +101,25 @@ fn drag(
         carver.translation += to - from;
     }
     Ok(())
+}
+
+/// Puts the selected carver onto what a double click hits of a volume. Clicks on a carver are for the carver.
+pub fn put(
+    click: On<Pointer<Click>>,
+    hand: Res<Hand>,
+    mut carvers: Query<(&mut Transform, &Hovered), With<Carver>>,
+) {
+    // The event goes on to the volume's parents and to the window.
+    let Some(hit) = click.hit.extra_as::<VolumeHit>().filter(|hit| hit.volume == click.entity) else {
+        return;
+    };
+    let is_on_carver = carvers.iter().any(|(_, hovered)| hovered.get());
+    if click.button != PointerButton::Primary || click.count != 2 || is_on_carver {
+        return;
+    }
+    if let Some((mut carver, _)) = hand.selected.and_then(|entity| carvers.get_mut(entity).ok()) {
+        carver.translation = hit.position;
+    }
 }
 
 /// The carver that scrolling acts on: the carver in the hand, or else the carver under the idle pointer.

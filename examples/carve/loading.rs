@@ -98,7 +98,8 @@ fn open_first(
     } else if file.is_none() {
         bundle = bundle.with_transfer_function(assets.load(DEFAULT_TRANSFER_FUNCTION));
     }
-    commands.spawn(bundle);
+    // Carvers inside of the volume can be taken, too.
+    commands.spawn((bundle, Pickable { should_block_lower: false, is_hoverable: true }));
 }
 
 /// Asset path of a file given relative to the working directory.

@@ -1,7 +1,8 @@
 //! Carves a volume by hand in a window: `cargo run --release --example carve -- [FILE]`.
 //!
-//! Drag the sphere, the box and the ring through the head. The panel on the left explains the keys and sets the
-//! shading and the transfer function. It also shows the time of each pass. Files dropped on the window are opened.
+//! Drag the sphere, the box and the ring through the head. A double click puts the selected one there. The panel on the
+//! left explains the keys and sets the shading and the transfer function. It also shows the time of each pass. Files
+//! dropped on the window are opened.
 
 mod carvers;
 mod content;

@@ -17,9 +17,9 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
         "Windows and panels of the examples, as most apps have them",
         &[
             ("bevy", "bevy_window,bevy_winit,keyboard,mesh_picking,mouse,x11"),
-            ("bevy_internal", "bevy_picking,bevy_winit,keyboard,mesh_picking,mouse,x11"),
-            ("bevy_input", "default,gamepad,smol_str"),
-            ("bevy_reflect", "smol_str"),
+            ("bevy_internal", "bevy_winit,keyboard,mesh_picking,mouse,x11"),
+            ("bevy_input", "gamepad"),
+            ("bevy_picking", "mesh_picking"),
         ],
     ),
     (
@@ -59,7 +59,7 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
             ("hashbrown", "default-hasher"),
             ("linux-raw-sys", "system"),
             ("rustix", "system"),
-            ("uuid", "default"),
+            ("smol_str", "default"),
         ],
     ),
 ];

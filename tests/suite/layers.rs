@@ -17,6 +17,7 @@ const ROOMS: &[&[&str]] = &[
     &["clip"],
     &["occlusion"],
     &["bundle"],
+    &["picking"],
     &["diagnostics"],
     &["render::gpu"],
     &["render::extract"],

@@ -1,10 +1,11 @@
-//! Parts of the `carve` example that need no window: dropped files, views that follow the volume's size, digits and
+//! Parts of the `carve` example that need no window: dropped files, double clicks, views that follow the volume's size, digits and
 //! pictures.
 
 use bevy::{
     asset::RenderAssetUsages,
     camera::Viewport,
     math::DVec3,
+    picking::{PickingSettings, hover::Hovered},
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
     window::FileDragAndDrop,
@@ -17,6 +18,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::picking::pointers::{MIDDLE, Pointing};
 use crate::scene::{folded_volume, is_empty, volume_from};
 use contextual_ao_kit::headless::Headless;
 
@@ -27,9 +29,11 @@ mod carve {
     use bevy::prelude::*;
     use std::path::PathBuf;
 
+    pub mod carvers;
     pub mod content;
     pub mod digits;
     pub mod dropping;
+    pub mod hands;
     pub mod joint_histogram;
     pub mod loading;
     pub mod picture;
@@ -47,8 +51,10 @@ mod carve {
 
 use carve::{
     Arguments,
+    carvers::Carver,
     digits::{decimals, significant},
     dropping::{CannotOpen, DroppingPlugin, FileKind, OpenFile},
+    hands::{Hand, put},
     joint_histogram::{COLUMNS, JointHistogram, ROWS},
     loading::{FunctionSource, LoadingPlugin, Shown},
     picture::save_numbered,
@@ -117,6 +123,31 @@ fn a_view_follows_the_size_of_its_volume() {
             assert!(different * 100 < image.len(), "{different} of {} bytes differ", image.len());
         }
     }
+}
+
+#[test]
+fn a_double_click_puts_the_selected_carver_onto_the_surface() {
+    let mut pointing = Pointing::new();
+    let home = Transform::from_xyz(1.0, 0.0, 0.0);
+    let world = pointing.scene.world();
+    world.resource_mut::<PickingSettings>().multi_click_interval = Duration::from_secs(60);
+    let carver = world.spawn((Carver { index: 0, name: "ball", home }, home, Hovered::default())).id();
+    world.insert_resource(Hand { selected: Some(carver), ..default() });
+    world.add_observer(put);
+    let place =
+        |pointing: &mut Pointing| pointing.scene.world().get::<Transform>(carver).copied().expect("a place");
+    pointing.click(MIDDLE);
+    assert_eq!(place(&mut pointing), home, "a single click");
+    pointing.click(MIDDLE);
+    let found = place(&mut pointing);
+    // The ball is seen about 7 mm from its middle.
+    assert!((found.translation.length() - 0.0072).abs() < 0.001, "{}", found.translation);
+    assert_eq!((found.rotation, found.scale), (home.rotation, home.scale));
+    // Two clicks on a carver are the carver's own.
+    pointing.scene.world().entity_mut(carver).insert((home, Hovered(true)));
+    pointing.click(MIDDLE);
+    pointing.click(MIDDLE);
+    assert_eq!(place(&mut pointing), home);
 }
 
 #[test]
