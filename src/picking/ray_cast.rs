@@ -2,7 +2,7 @@
 
 use bevy::{
     camera::visibility::RenderLayers,
-    ecs::system::SystemParam,
+    ecs::{query::QueryData, system::SystemParam},
     math::{DAffine3, DVec3},
     prelude::*,
 };
@@ -43,20 +43,23 @@ use crate::{
 /// ([`RenderAssetUsages::MAIN_WORLD`](bevy::asset::RenderAssetUsages)).
 #[derive(SystemParam)]
 pub struct VolumeRayCast<'w, 's> {
-    volumes: Query<
-        'w,
-        's,
-        (
-            Entity,
-            &'static LookupTable,
-            &'static OpticalDepths,
-            (&'static VolumeShading, &'static AmbientOcclusion, Option<&'static ShownOcclusion>),
-            &'static GlobalTransform,
-            &'static InheritedVisibility,
-            Option<&'static RenderLayers>,
-        ),
-    >,
+    volumes: Query<'w, 's, Target>,
     carvers: Carvers<'w, 's>,
+}
+
+/// A volume that has loaded.
+#[derive(QueryData)]
+struct Target {
+    entity: Entity,
+    table: &'static LookupTable,
+    depths: &'static OpticalDepths,
+    shading: &'static VolumeShading,
+    occlusion: &'static AmbientOcclusion,
+    /// What is drawn, if there is a renderer.
+    shown: Option<&'static ShownOcclusion>,
+    transform: &'static GlobalTransform,
+    visibility: &'static InheritedVisibility,
+    layers: Option<&'static RenderLayers>,
 }
 
 impl VolumeRayCast<'_, '_> {
@@ -73,53 +76,80 @@ impl VolumeRayCast<'_, '_> {
     }
 
     fn hits(&self, ray: Ray3d, settings: &VolumeRayCastSettings) -> impl Iterator<Item = VolumeHit> {
-        let line = Line { origin: ray.origin.as_dvec3(), direction: ray.direction.as_dvec3().normalize() };
-        self.volumes.iter().filter_map(
-            move |(entity, table, depths, (shading, wanted, shown), transform, visibility, layers)| {
-                let is_on = |wanted: &RenderLayers| layers.cloned().unwrap_or_default().intersects(wanted);
-                let may_be_hit = (settings.hits_hidden || visibility.get())
-                    && settings.layers.as_ref().is_none_or(is_on)
-                    && (settings.filter)(entity);
-                if !may_be_hit {
-                    return None;
-                }
-                let occlusion = shown.map_or(wanted, |shown| &shown.fitted.occlusion);
-                let isovalue = isovalue(occlusion);
-                // The same filter as in the picture.
-                let is_tricubic = isovalue.is_none()
-                    && occlusion.method.kind().is_of_voxels()
-                    && shown.map_or(shading.reconstruction, |shown| shown.reconstruction).is_tricubic();
-                let millimetres = DAffine3::from_scale(DVec3::splat(WORLD_UNITS_PER_MM.into()));
-                let march = March::new(
-                    Field::new(&table.volume, is_tricubic),
-                    depths,
-                    &table.geometry,
-                    &(placed(transform)? * millimetres),
-                    line,
-                    shading.drawn_step_voxels().into(),
-                )?;
-                let stops = match isovalue {
-                    Some(value) => surface_at(value, &table.volume),
-                    None => Stops::Depth(settings.optical_depth()),
-                };
-                let whole = in_grid(&march, settings.max_distance.into())?;
-                let left = self.carvers.leave(entity, &line, whole);
-                let (distance, stretch) = march.stop(&left, stops)?;
-                let (normal, cut) = march.surface_at(distance, &stretch, stops);
-                let place = march.in_voxels.at(distance);
-                let last = (table.geometry.dimensions - 1).as_dvec3();
-                Some(VolumeHit {
-                    volume: entity,
-                    distance: distance as f32,
-                    position: line.at(distance).as_vec3(),
-                    normal: Dir3::new(normal.as_vec3()).ok()?,
-                    voxel: place.round().max(DVec3::ZERO).min(last).as_uvec3(),
-                    place_voxels: place.as_vec3(),
-                    value: table.volume.to_file_units(march.field.at(place)),
-                    carver: cut.and_then(|cut| cut.carver),
-                })
+        let ray = Line { origin: ray.origin.as_dvec3(), direction: ray.direction.as_dvec3().normalize() };
+        let targets = self.volumes.iter().filter(move |target| target.may_be_hit(settings));
+        targets.filter_map(move |target| self.hit(&target, ray, settings))
+    }
+
+    fn hit(&self, target: &TargetItem, ray: Line, settings: &VolumeRayCastSettings) -> Option<VolumeHit> {
+        let isovalue = target.isovalue();
+        let table = target.table;
+        let millimetres = DAffine3::from_scale(DVec3::splat(WORLD_UNITS_PER_MM.into()));
+        let march = March::new(
+            Field::new(&table.volume, isovalue.is_none() && target.is_tricubic()),
+            target.depths,
+            &table.geometry,
+            &(placed(target.transform)? * millimetres),
+            ray,
+            target.shading.drawn_step_voxels().into(),
+        )?;
+        let stops = match isovalue {
+            Some(value) => surface_at(value, &table.volume),
+            None => Stops::Depth(settings.optical_depth()),
+        };
+        let whole = in_grid(&march, settings.max_distance.into())?;
+        let left = self.carvers.leave(target.entity, &ray, whole);
+        let (distance, stretch) = march.stop(&left, stops)?;
+        let (normal, cut) = march.surface_at(distance, &stretch, stops);
+        let place = march.in_voxels.at(distance);
+        let last = (table.geometry.dimensions - 1).as_dvec3();
+        Some(VolumeHit {
+            volume: target.entity,
+            distance: distance as f32,
+            position: ray.at(distance).as_vec3(),
+            normal: Dir3::new(normal.as_vec3()).ok()?,
+            voxel: place.round().max(DVec3::ZERO).min(last).as_uvec3(),
+            place_voxels: place.as_vec3(),
+            value: table.volume.to_file_units(march.field.at(place)),
+            carver: cut.and_then(|cut| cut.carver),
+        })
+    }
+}
+
+impl TargetItem<'_, '_> {
+    fn may_be_hit(&self, settings: &VolumeRayCastSettings) -> bool {
+        let is_on = |wanted: &RenderLayers| self.layers.cloned().unwrap_or_default().intersects(wanted);
+        (settings.hits_hidden || self.visibility.get())
+            && settings.layers.as_ref().is_none_or(is_on)
+            && (settings.filter)(self.entity)
+    }
+
+    fn drawn_occlusion(&self) -> &AmbientOcclusion {
+        self.shown.map_or(self.occlusion, |shown| &shown.fitted.occlusion)
+    }
+
+    /// Whether view rays take tricubic intensities. Methods that shade by views do not.
+    fn is_tricubic(&self) -> bool {
+        let reconstruction = self.shown.map_or(self.shading.reconstruction, |shown| shown.reconstruction);
+        reconstruction.is_tricubic() && self.drawn_occlusion().method.kind().is_of_voxels()
+    }
+
+    /// Intensity, in the file's units, of the isosurface that alone is drawn.
+    #[cfg(feature = "other_methods")]
+    fn isovalue(&self) -> Option<f64> {
+        use crate::occlusion::{OcclusionMethod, SweepingSurface};
+        match &self.drawn_occlusion().method {
+            OcclusionMethod::Sweeping(sweeping) => match sweeping.surface {
+                SweepingSurface::Isosurface(value) => Some(value.into()),
+                _ => None,
             },
-        )
+            _ => None,
+        }
+    }
+
+    #[cfg(not(feature = "other_methods"))]
+    fn isovalue(&self) -> Option<f64> {
+        None
     }
 }
 
@@ -131,24 +161,6 @@ fn in_grid(march: &March, max_distance: f64) -> Option<Stretch> {
     let face = (begin > 0.0).then_some(Cut { carver: None, normal });
     let stretch = Stretch { begin: begin.max(0.0), end: end.min(max_distance), cut: face };
     (stretch.begin < stretch.end).then_some(stretch)
-}
-
-/// Intensity, in the file's units, of the isosurface that alone is drawn.
-#[cfg(feature = "other_methods")]
-fn isovalue(occlusion: &AmbientOcclusion) -> Option<f64> {
-    use crate::occlusion::{OcclusionMethod, SweepingSurface};
-    match &occlusion.method {
-        OcclusionMethod::Sweeping(sweeping) => match sweeping.surface {
-            SweepingSurface::Isosurface(value) => Some(value.into()),
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-#[cfg(not(feature = "other_methods"))]
-fn isovalue(_: &AmbientOcclusion) -> Option<f64> {
-    None
 }
 
 /// The surface of what has a higher value, in the file's units.
