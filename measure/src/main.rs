@@ -12,6 +12,7 @@ mod filtering;
 mod fingerprints;
 mod gallery;
 mod isosurface;
+mod lights;
 mod live;
 mod motion;
 mod parts;
@@ -116,6 +117,9 @@ struct Instead {
     /// part over that without it.
     #[arg(long)]
     parts: bool,
+    /// Cost of the scene's lights and of shadows, over that of a headlight, in the scene of benches/peers.
+    #[arg(long)]
+    lights: bool,
     /// Error of the occlusion of ray patterns against very many rays, in real volumes.
     #[arg(long)]
     directions: bool,
@@ -196,6 +200,8 @@ fn main() -> Result<(), String> {
         shell::peer(&options)
     } else if instead.parts {
         parts::run(&options)
+    } else if instead.lights {
+        lights::run(&options)
     } else if instead.directions {
         directions::run(&options)
     } else if instead.tables {

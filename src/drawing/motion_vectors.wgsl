@@ -43,7 +43,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     // An empty ray is not followed.
     march.count = select(0u, march.count, slices_of(first) > 0u || first.then != THEN_END);
     let stop = stop_of(ray, march, HALF);
-    if !stop.is_there {
+    if stop.alpha < HALF {
         discard;
     }
     let point = vec4(ray.near + stop.along_mm * ray.direction, 1.0);

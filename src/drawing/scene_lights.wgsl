@@ -18,6 +18,8 @@
 // A part of a ray is lit once it adds this much opacity to the pixel. A lower value takes more evaluations in translucent
 // matter.
 const SIGNIFICANT: f32 = 0.1;
+// Length of normals. Bevy's diffuse light is no number where rounding makes the cosine to the viewer more than 1.
+const BARELY_SHORT: f32 = 0.999999;
 // A surface of less weight is left out.
 const NEGLIGIBLE: f32 = 0.01;
 
@@ -34,8 +36,10 @@ struct UnlitPart {
 
 const NOTHING_UNLIT: UnlitPart = UnlitPart(0.0, vec3(0.0), 0.0, 0.0, vec4(0.0), vec4(0.0));
 
+// A surface without a direction is none.
 fn weighted(surface: Surface, opacity: f32) -> vec4<f32> {
-    return opacity * surface.strength * vec4(surface.inward, 1.0);
+    let is_there = dot(surface.inward, surface.inward) > 0.0;
+    return select(vec4(0.0), opacity * surface.strength * vec4(surface.inward, 1.0), is_there);
 }
 
 fn with_sample(
@@ -66,7 +70,7 @@ fn normal_of(inward: vec3<f32>, to_viewer: vec3<f32>) -> vec3<f32> {
     let outward = -(transpose(volume.local_from_world) * vec4(inward, 0.0)).xyz;
     let size = length(outward);
     let normal = select(to_viewer, outward / size, size > 1e-9);
-    return normal - 2.0 * min(dot(normal, to_viewer), 0.0) * to_viewer;
+    return BARELY_SHORT * (normal - 2.0 * min(dot(normal, to_viewer), 0.0) * to_viewer);
 }
 
 // Light from a point of a ray towards the viewer. `color` is the base colour, `ambient` the share of indirect light.

@@ -1,12 +1,13 @@
 // Shadow of a volume in one of Bevy's shadow maps: the depth at which light is stopped (`stop`), along rays of the light.
 //
 // Matter that is translucent stops the light in some texels alone, by blue noise: so shadows, which are means over some
-// texels, are as dark as the matter is opaque. An isosurface that is drawn alone stops all light.
+// texels, are as dark as the matter is opaque. It stops the light at its far side, so that noise does not show on itself.
+// An isosurface that is drawn alone stops all light.
 
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
     marched_view::{MarchedView, ray_through},
-    view_ray::{OPAQUE, ViewRay, noise},
+    view_ray::{ViewRay, noise},
 }
 #ifdef ISOSURFACE
 #import bevy_contextual_ao::surface_ray::surface_hit
@@ -15,6 +16,9 @@
 #endif
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
+
+// Matter of this opacity stops all light: a shadow begins where its surface does.
+const DARK: f32 = 0.95;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -31,9 +35,9 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 
     let along_mm = hit.along_mm;
     let is_there = hit.alpha > 0.0;
 #else
-    let stop = stop_of(ray, begin_march(ray), clamp(noise(position.xy), 1.0 - OPAQUE, OPAQUE));
+    let stop = stop_of(ray, begin_march(ray), DARK);
     let along_mm = stop.along_mm;
-    let is_there = stop.is_there;
+    let is_there = stop.alpha > min(noise(position.xy), DARK - 0.01);
 #endif
     if !is_there {
         discard;

@@ -358,3 +358,26 @@ fn outlines_under_msaa_are_those_of_a_mesh() {
     println!("off by {smooth:.3} at outlines, by {alone:.3} with one ray");
     assert!(smooth < 0.13 && smooth < 0.6 * alone, "off by {smooth}, by {alone} with one ray");
 }
+
+#[test]
+fn a_cut_that_faces_the_viewer_is_lit_everywhere() {
+    let mut pair = Pair::new();
+    let (camera, volume) = (pair.scene.camera(), pair.scene.volume);
+    let view = *pair.scene.world().get::<Transform>(camera).expect("a place");
+    pair.scene.world().spawn((DirectionalLight { illuminance: 4000.0, ..default() }, view));
+    // Matter inside has no surface, and counts as facing the viewer: rounding of that cosine must not show.
+    let half = Transform::from_rotation(view.rotation).with_translation(view.rotation * Vec3::Z * 20.0);
+    pair.scene.carve(Cuboid::new(60.0, 60.0, 40.0), ClipMesh::default(), half);
+    pair.scene.world().entity_mut(volume).insert(Visibility::Inherited);
+    pair.scene.settle();
+    pair.scene.headless.frames(5);
+    let light = pair.scene.headless.light();
+    let row = IMAGE.x as usize;
+    let is_shown = |index: usize| light[index][0] > 0.0;
+    let inner = (row..light.len() - row)
+        .filter(|index| [index - 1, index + 1, index - row, index + row].into_iter().all(is_shown));
+    let inner: Vec<_> = inner.map(|index| light[index][0]).collect();
+    let darkest = inner.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(inner.len() > 500, "{} pixels", inner.len());
+    assert!(darkest > 0.1 && inner.iter().all(|light| light.is_finite()), "the darkest is {darkest}");
+}

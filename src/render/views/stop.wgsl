@@ -12,18 +12,23 @@
 struct Stop {
     // Distance from the ray's start: the middle of a slice.
     along_mm: f32,
-    is_there: bool,
+    // Opacity up to there. If it is less than was asked for, the rest of the ray is empty.
+    alpha: f32,
 }
 
-// The point up to which the opacity adds up to `most_alpha`, from a state of following the ray on.
+// The point up to which the opacity adds up to `most_alpha`, or the last one that is seen, from a state of following the ray on.
 fn stop_of(ray: ViewRay, from_here: March, most_alpha: f32) -> Stop {
     var march = from_here;
-    var run: Run;
-    var is_there = true;
-    while is_there && march.alpha < most_alpha {
-        run = next_run(ray, &march, most_alpha);
-        is_there = slices_of(run) > 0u && (run.then != THEN_END || march.alpha >= most_alpha);
+    var last: Run;
+    var is_more = true;
+    while is_more && march.alpha < most_alpha {
+        let run = next_run(ray, &march, most_alpha);
+        is_more = slices_of(run) > 0u;
+        if is_more {
+            last = run;
+        }
+        is_more &= run.then != THEN_END;
     }
-    let slice = slice_of_run(ray, run, max(slices_of(run), 1u) - 1u);
-    return Stop(0.5 * (slice.begin_mm + slice.end_mm), is_there);
+    let slice = slice_of_run(ray, last, max(slices_of(last), 1u) - 1u);
+    return Stop(0.5 * (slice.begin_mm + slice.end_mm), march.alpha);
 }
