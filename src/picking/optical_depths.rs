@@ -96,7 +96,8 @@ impl Row {
         let (below, behind) = self.split(entry);
         let value = |k: usize| self.extinctions.get(k).map_or(0.0, |&value| f64::from(value));
         let (a, b) = (value(below), value(below + 1));
-        let part = behind.max(0.0).min(1.0);
+        // What is no number counts as none.
+        let part = if behind > 0.0 { behind.min(1.0) } else { 0.0 };
         let outside = behind - part;
         let here = a + part * (b - a);
         let integral = self.integrals.get(below).copied().unwrap_or(0.0);

@@ -3,7 +3,6 @@
 use bevy::{
     asset::RenderAssetUsages,
     camera::visibility::RenderLayers,
-    light::NotShadowCaster,
     light::{DirectionalLightShadowMap, PointLightShadowMap},
     math::DVec3,
     mesh::SphereKind,
@@ -47,7 +46,7 @@ impl Pair {
         world.insert_resource(GlobalAmbientLight::NONE);
         // Small ones: a software driver draws them slowly.
         world.insert_resource(DirectionalLightShadowMap { size: 512 });
-        world.insert_resource(PointLightShadowMap { size: 256 });
+        world.insert_resource(PointLightShadowMap { size: 512 });
         let mut shading = world.get_mut::<VolumeShading>(volume).expect("shading");
         shading.lighting = VolumeLighting::SceneLights;
         let sphere = Sphere::new(RADIUS).mesh().kind(SphereKind::Uv { sectors: 128, stacks: 64 });
@@ -143,7 +142,7 @@ fn towards_center(from: Vec3) -> Transform {
     Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y)
 }
 
-/// A light of each kind, from the viewer's right above.
+/// A light of each kind, from the viewer's right above. Bevy's own biases and near planes are those of larger scenes.
 fn spawn_light(world: &mut World, kind: usize, has_shadows: bool) -> Entity {
     let place = towards_center(Vec3::new(0.1, 0.09, 0.06));
     match kind {
@@ -158,7 +157,13 @@ fn spawn_light(world: &mut World, kind: usize, has_shadows: bool) -> Entity {
         }
         1 => {
             let intensity = 1000.0;
-            let light = PointLight { intensity, shadow_maps_enabled: has_shadows, ..default() };
+            let light = PointLight {
+                intensity,
+                shadow_maps_enabled: has_shadows,
+                shadow_depth_bias: 0.003,
+                shadow_map_near_z: 0.005,
+                ..default()
+            };
             world.spawn((light, place)).id()
         }
         _ => {
@@ -168,6 +173,8 @@ fn spawn_light(world: &mut World, kind: usize, has_shadows: bool) -> Entity {
                 outer_angle,
                 inner_angle: 0.05,
                 shadow_maps_enabled: has_shadows,
+                shadow_depth_bias: 0.003,
+                shadow_map_near_z: 0.005,
                 ..default()
             };
             world.spawn((light, place)).id()
@@ -279,9 +286,12 @@ fn meshes_cast_shadows_onto_volumes() {
     for (kind, name) in ["directional", "point", "spot"].into_iter().enumerate() {
         let mut pair = Pair::new();
         let world = pair.scene.world();
-        spawn_light(world, kind, true);
-        let bar =
-            spawn_mesh(world, Cuboid::new(0.004, 0.004, 0.1), towards_center(Vec3::new(0.05, 0.045, 0.03)));
+        let light = spawn_light(world, kind, true);
+        // The light sees the bar, the camera does not.
+        world.entity_mut(light).insert(RenderLayers::from_layers(&[0, 1]));
+        let place = Transform::from_translation(Vec3::new(0.05, 0.045, 0.03));
+        let bar = spawn_mesh(world, Cuboid::new(0.004, 0.1, 0.004), place);
+        world.entity_mut(bar).insert(RenderLayers::layer(1));
         let lit = pair.compare(2);
         assert!(lit.largest < 0.03 && lit.mean < 0.003, "{name}: {lit:?}");
         let [with, _] = pair.pictures();
@@ -374,6 +384,7 @@ fn matter_without_a_surface_is_lit_everywhere() {
     let light = pair.scene.headless.light();
     let row = IMAGE.x as usize;
     let middle = (38..59).flat_map(|y| (38..59).map(move |x| y * row + x)).map(|index| light[index][0]);
-    let darkest = middle.map(|light| if light.is_finite() { light } else { 0.0 }).fold(f64::INFINITY, f64::min);
+    let darkest =
+        middle.map(|light| if light.is_finite() { light } else { 0.0 }).fold(f64::INFINITY, f64::min);
     assert!(darkest > 0.1, "the darkest pixel of the middle has {darkest}");
 }
