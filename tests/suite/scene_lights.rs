@@ -204,11 +204,12 @@ fn even_environment(world: &mut World) -> EnvironmentMapLight {
 fn single_lights_show_a_ball_as_they_show_a_mesh() {
     let mut pair = Pair::new();
     for (kind, name) in ["directional", "point", "spot"].into_iter().enumerate() {
-        for roughness in [0.25, 0.9] {
+        // A normal that is off by half a degree moves a highlight of this roughness by a tenth of its width.
+        for (roughness, largest) in [(0.25, 0.1), (0.9, 0.01)] {
             pair.shading().perceptual_roughness = roughness;
             pair.set_material(|material| material.perceptual_roughness = roughness);
             let light = spawn_light(pair.scene.world(), kind, false);
-            pair.compare(2).below(&format!("{name}, roughness {roughness}"), 0.06, 0.002);
+            pair.compare(2).below(&format!("{name}, roughness {roughness}"), largest, 0.002);
             pair.scene.world().despawn(light);
         }
     }
