@@ -5,7 +5,7 @@ use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::Tonemapping,
     input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll},
-    light::{CascadeShadowConfigBuilder, NotShadowCaster, TransmittedShadowReceiver},
+    light::{CascadeShadowConfigBuilder, NotShadowCaster},
     picking::pointer::PointerButton,
     prelude::*,
 };
@@ -113,7 +113,7 @@ fn furnish(
         Mesh3d(meshes.add(Cylinder::new(0.035, 0.11))),
         MeshMaterial3d(glass),
         Transform::from_xyz(0.17, TABLE + 0.055, 0.13),
-        (NotShadowCaster, TransmittedShadowReceiver),
+        NotShadowCaster,
     ));
     let steel = materials.add(StandardMaterial {
         base_color: Color::srgb(0.7, 0.72, 0.75),

@@ -1,7 +1,7 @@
 //! What lights of the scene and shadows cost, in the scene of `benches/peers`: a cut moves while the camera turns.
 
 use bevy::{
-    light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, PointLightShadowMap},
+    light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster},
     prelude::*,
 };
 use bevy_contextual_ao::prelude::*;
@@ -58,7 +58,6 @@ pub fn run(options: &Options) -> Result<(), String> {
     stage.prepare(ShadingMode::PhongCao, stage.rays().pattern)?;
     let world = stage.headless.app.world_mut();
     world.insert_resource(DirectionalLightShadowMap { size: SHADOW_MAP });
-    world.insert_resource(PointLightShadowMap { size: SHADOW_MAP });
     let cases = cases();
     let mut times = vec![Vec::new(); cases.len()];
     for _ in 0..ROUNDS {

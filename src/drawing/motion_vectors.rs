@@ -3,21 +3,17 @@
 
 use bevy::{
     asset::load_embedded_asset,
-    core_pipeline::{
-        core_3d::CORE_3D_DEPTH_FORMAT,
-        prepass::{MOTION_VECTOR_PREPASS_FORMAT, MotionVectorPrepass, ViewPrepassTextures},
-    },
+    core_pipeline::prepass::{MOTION_VECTOR_PREPASS_FORMAT, MotionVectorPrepass, ViewPrepassTextures},
     platform::collections::HashMap,
     prelude::*,
     render::{
         camera::ExtractedCamera,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState,
-            FragmentState, LoadOp, MultisampleState, Operations, PipelineCache,
-            RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages,
-            SpecializedRenderPipeline, SpecializedRenderPipelines, StorageBuffer, StoreOp, VertexState,
-            binding_types::storage_buffer_read_only,
+            CachedRenderPipelineId, ColorTargetState, ColorWrites, FragmentState, LoadOp, MultisampleState,
+            Operations, PipelineCache, RenderPassDepthStencilAttachment, RenderPassDescriptor,
+            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
+            StorageBuffer, StoreOp, VertexState, binding_types::storage_buffer_read_only,
         },
         renderer::{RenderContext, ViewQuery},
     },
@@ -26,7 +22,7 @@ use bevy::{
 
 use super::{
     phase::DrawnVolumes,
-    pipeline::{DrawPipeline, bind_group_defs, box_primitive},
+    pipeline::{DrawPipeline, bind_group_defs, box_primitive, depth_of_shader},
 };
 use crate::render::{
     BOX_VERTICES, BuffersOf, ExtractedScene, Gpu, MarchVariant, VolumeInView, VolumeRuns, VolumeWindows,
@@ -111,14 +107,7 @@ impl SpecializedRenderPipeline for MotionPipeline {
                 ..default()
             }),
             primitive: box_primitive(),
-            // The shader tells the depth.
-            depth_stencil: Some(DepthStencilState {
-                format: CORE_3D_DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(CompareFunction::GreaterEqual),
-                stencil: default(),
-                bias: default(),
-            }),
+            depth_stencil: Some(depth_of_shader()),
             multisample: MultisampleState { count: samples, ..default() },
             ..default()
         }

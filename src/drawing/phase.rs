@@ -30,10 +30,11 @@ use bevy::{
 
 use super::pipeline::{
     DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP,
+    drawn_bindings,
 };
 use crate::render::{
     BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Formats, KeptGroup, MarchedViewUniform,
-    MethodPipelines, RUNS_BINDING, ViewArray, VolumeRuns, VolumeStore, shows, volumes::layouts,
+    MethodPipelines, RUNS_BINDING, ViewArray, VolumeRuns, VolumeStore, shows,
 };
 
 /// Bind groups of volumes.
@@ -168,9 +169,8 @@ pub(super) fn bind_volumes(
             let table = &resources.lookup_table.texture.view;
             let textures = [&clip.depth.view, table, orientations, occlusion].map(|view| view.id());
             let group = kept.of(volume.entity).of((buffers, textures), || {
-                let bindings = resources.bindings(clip, &formats)?;
-                let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
-                let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
+                let bindings = drawn_bindings(resources, clip, &formats)?;
+                let shared = bindings.iter().map(|(binding, resource)| (*binding, resource.get_binding()));
                 let own = [
                     (ORIENTATIONS, BindingResource::TextureView(orientations)),
                     (OCCLUSION, BindingResource::TextureView(occlusion)),

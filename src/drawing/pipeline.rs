@@ -3,13 +3,15 @@
 
 use bevy::{
     asset::load_embedded_asset,
+    core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
     mesh::{MeshVertexBufferLayout, MeshVertexBufferLayouts, VertexBufferLayout},
     pbr::{MATERIAL_BIND_GROUP_INDEX, MeshPipeline, MeshPipelineKey},
     prelude::*,
     render::render_resource::{
-        BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, CompareFunction, Face,
-        PrimitiveState, PrimitiveTopology, RenderPipelineDescriptor, ShaderStages, SpecializedMeshPipeline,
-        SpecializedRenderPipeline, TextureSampleType, VertexState,
+        BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, CompareFunction,
+        DepthStencilState, Face, OwnedBindingResource, PrimitiveState, PrimitiveTopology,
+        RenderPipelineDescriptor, ShaderStages, SpecializedMeshPipeline, SpecializedRenderPipeline,
+        TextureSampleType, VertexState,
         binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, uniform_buffer},
     },
     shader::ShaderDefVal,
@@ -17,7 +19,7 @@ use bevy::{
 
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
-    render::{MarchedViewUniform, RUNS_BINDING, volumes::layouts},
+    render::{ClipTextures, Formats, MarchedViewUniform, RUNS_BINDING, VolumeResources, volumes::layouts},
 };
 
 /// Group of a volume's bindings, behind the two of Bevy's views.
@@ -193,6 +195,28 @@ pub(super) fn marched_layout_entries(stages: ShaderStages) -> Vec<BindGroupLayou
     entries.push(texture_3d(TextureSampleType::Float { filterable: true }).build(ORIENTATIONS, stages));
     entries.push(uniform_buffer::<MarchedViewUniform>(true).build(VIEW_BINDING, stages));
     entries
+}
+
+/// Shared bindings of a volume, but for those that drawing does not read. `None` before its buffers were first written.
+pub(super) fn drawn_bindings(
+    resources: &VolumeResources,
+    clip: &ClipTextures,
+    formats: &Formats,
+) -> Option<Vec<(u32, OwnedBindingResource)>> {
+    let mut bindings = resources.bindings(clip, formats)?;
+    bindings.retain(|(binding, _)| *binding != layouts::DILATION_MAPS);
+    Some(bindings)
+}
+
+/// Depth that a shader tells, in front of what is there.
+pub(super) fn depth_of_shader() -> DepthStencilState {
+    DepthStencilState {
+        format: CORE_3D_DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(CompareFunction::GreaterEqual),
+        stencil: default(),
+        bias: default(),
+    }
 }
 
 /// Shader definitions of the group that a volume is bound to.

@@ -3,16 +3,15 @@
 
 use bevy::{
     asset::load_embedded_asset,
-    core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
     pbr::{ShadowView, ViewLightEntities},
     platform::collections::HashMap,
     prelude::*,
     render::{
         render_resource::{
             BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindingResource, BufferId,
-            CachedRenderPipelineId, CompareFunction, DepthStencilState, FragmentState, PipelineCache,
-            RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
-            SpecializedRenderPipelines, StoreOp, TextureViewId, VertexState,
+            CachedRenderPipelineId, FragmentState, PipelineCache, RenderPassDescriptor,
+            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
+            StoreOp, TextureViewId, VertexState,
         },
         renderer::{RenderContext, ViewQuery},
         sync_world::MainEntity,
@@ -20,10 +19,13 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::pipeline::{ORIENTATIONS, VIEW_BINDING, bind_group_defs, box_primitive, marched_layout_entries};
+use super::pipeline::{
+    ORIENTATIONS, VIEW_BINDING, bind_group_defs, box_primitive, depth_of_shader, drawn_bindings,
+    marched_layout_entries,
+};
 use crate::render::{
     BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Gpu, KeptGroup, MarchVariant, MarchedViewUniform,
-    ViewArray, VolumeStore, VolumeWindows, volumes::layouts,
+    ViewArray, VolumeStore, VolumeWindows,
 };
 
 /// Makes the pipelines.
@@ -84,14 +86,7 @@ impl SpecializedRenderPipeline for ShadowPipeline {
             },
             fragment: Some(FragmentState { shader: self.shader.clone(), shader_defs, ..default() }),
             primitive: box_primitive(),
-            // The shader tells the depth.
-            depth_stencil: Some(DepthStencilState {
-                format: CORE_3D_DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(CompareFunction::GreaterEqual),
-                stencil: default(),
-                bias: default(),
-            }),
+            depth_stencil: Some(depth_of_shader()),
             ..default()
         }
     }
@@ -127,9 +122,8 @@ pub(super) fn prepare_shadows(
             let buffers = [views, resources.uniform.buffer()?].map(|buffer| buffer.id());
             let textures = [&clip.depth.view, &resources.lookup_table.texture.view, orientations];
             group.of((buffers, textures.map(|view| view.id())), || {
-                let bindings = resources.bindings(clip, &gpu.formats)?;
-                let shared = bindings.iter().filter(|(binding, _)| *binding != layouts::DILATION_MAPS);
-                let shared = shared.map(|(binding, resource)| (*binding, resource.get_binding()));
+                let bindings = drawn_bindings(resources, clip, &gpu.formats)?;
+                let shared = bindings.iter().map(|(binding, resource)| (*binding, resource.get_binding()));
                 let own = [
                     (ORIENTATIONS, BindingResource::TextureView(orientations)),
                     (VIEW_BINDING, ViewArray::<MarchedViewUniform>::binding(views, 1)),

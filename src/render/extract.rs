@@ -59,7 +59,7 @@ pub(crate) struct ExtractedVolume {
     pub carvers: Vec<(usize, DAffine3)>,
     /// Whether the volume's transform is invertible. A collapsed volume keeps its resources, and waits.
     pub is_placed: bool,
-    /// Views and lights on one of these layers show the volume, or are stopped by it.
+    /// The volume casts shadows of lights that are on one of these layers.
     pub layers: RenderLayers,
     pub casts_shadows: bool,
     pub receives_shadows: bool,
@@ -204,11 +204,11 @@ pub(crate) fn extract_scene(
     let ExtractedScene { volumes: extracted, carvers, .. } = &mut *scene;
     extracted.clear();
     extracted.extend(volumes.iter().map(
-        |(entity, table, (wanted, shown), shading, transform, drawn_on, kind)| {
+        |(entity, table, (wanted, shown), shading, transform, drawn_on, shadows)| {
             let occlusion = &shown.fitted;
             let (shading, in_motion) = shading;
             let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
-            let (visibility, layers, casts_none, receives_none) = kind;
+            let (visibility, layers, casts_none, receives_none) = shadows;
             let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
             ExtractedVolume {
                 entity: entity.into(),

@@ -38,7 +38,7 @@ use methods::{
     registry::{self, VoxelMethods},
 };
 
-pub(crate) use carvers::clip_maps::ClipMaps;
+pub(crate) use carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures};
 pub(crate) use extract::ExtractedScene;
 pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
@@ -60,7 +60,7 @@ pub(crate) use views::{
     dispatch::ViewArray,
     runs::{BOX_VERTICES, MarchedViewUniform, OutlinesOfView, RUNS_BINDING, VolumeRuns},
 };
-pub(crate) use volumes::contents::MarchVariant;
+pub(crate) use volumes::{contents::MarchVariant, store::VolumeResources};
 pub use volumes::{
     kept::MethodResources,
     store::{VolumeStore, VolumeTexture, VoxelMask},

@@ -38,7 +38,7 @@ pub(crate) type VolumeInView = (Entity, MainEntity);
 #[derive(Resource, Default)]
 pub(crate) struct VolumeWindows(HashMap<MainEntity, WindowsOnto>);
 
-/// Windows onto a volume: those of cameras, and those of lights that it casts shadows of.
+/// Windows onto a volume: those of cameras, and those of shadow maps that it is drawn into.
 #[derive(Default)]
 struct WindowsOnto {
     cameras: Vec<VolumeWindow>,
@@ -141,7 +141,7 @@ impl Views<'_, '_> {
             .filter_map(|view| window(&view, volume, self.frame.0))
     }
 
-    /// Windows of the lights that a volume casts shadows of.
+    /// Windows of the shadow maps that a volume is drawn into.
     fn of_lights(&self, volume: &ExtractedVolume) -> impl Iterator<Item = VolumeWindow> {
         let lights = self.lights.iter().filter(|_| volume.casts_shadows);
         lights

@@ -270,7 +270,7 @@ fn occlusion_darkens_indirect_light_alone() {
     assert!(indirect[0] > 0.1 && indirect[1] < 0.6 * indirect[0], "{indirect:?}");
 }
 
-/// Adds a floor below the ball, or a bar beside it.
+/// Spawns a mesh of a white, matt material.
 fn spawn_mesh(world: &mut World, mesh: impl Into<Mesh>, place: Transform) -> Entity {
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh.into());
     let material = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
