@@ -27,8 +27,8 @@ use contextual_ao_kit::{
 use methods::SceneScale;
 use peers::HandedOver;
 
-/// Measures, writes `chart.csv` and a picture after each scene, and draws the charts. If a scene is named, it alone is
-/// measured, and rows of others stay.
+/// Measures, writes `chart.csv` after each setting, and draws the charts. If a scene is named, it alone is measured, and
+/// rows of others stay.
 pub fn run(named: Option<&str>, options: &Options) -> Result<(), String> {
     fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let file = options.out.join("chart.csv");
@@ -45,9 +45,10 @@ pub fn run(named: Option<&str>, options: &Options) -> Result<(), String> {
         return Err(format!("--chart {unknown}: expected {}", names.join(", ")));
     }
     for scene in scenes.into_iter().filter(|scene| named.is_none_or(|named| scene.name == named)) {
-        let (of_scene, device) = measure(scene, options)?;
-        rows.extend(of_scene);
-        fs::write(&file, to_csv(&rows, &device)).map_err(|error| format!("{}: {error}", file.display()))?;
+        measure(scene, options, &mut |row, device| {
+            rows.push(row);
+            fs::write(&file, to_csv(&rows, device)).map_err(|error| format!("{}: {error}", file.display()))
+        })?;
     }
     println!("{}", file.display());
     plot_again(&file, &options.out)
@@ -61,8 +62,13 @@ pub fn plot_again(file: &Path, out: &Path) -> Result<(), String> {
     plot::plot(&rows, &device, out)
 }
 
-/// Rows of a scene, and the device that they were measured on.
-fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), String> {
+/// Measures a scene. Each row is kept as soon as it is there, with the device that it was measured on: a run that is
+/// ended early has rows.
+fn measure(
+    scene: SceneParts,
+    options: &Options,
+    keep: &mut dyn FnMut(Row, &str) -> Result<(), String>,
+) -> Result<(), String> {
     let begin = Instant::now();
     let opacities = scene.transfer_function.iter().flat_map(|function| &function.points);
     let opacity = opacities.map(|point| point.opacity).fold(0.0, f32::max);
@@ -91,10 +97,12 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
     let file = options.out.join(format!("{name}.png"));
     image::save_buffer(&file, accuracy.true_image(), size.x, size.y, image::ColorType::Rgba8)
         .map_err(|error| format!("{}: {error}", file.display()))?;
-    let mut rows = Vec::new();
+    let adapter = stage.adapter();
+    let device = format!("{}; {} {}", adapter.name, adapter.driver, adapter.driver_info);
+    let mut first = None;
     for (setting, timed_setting) in settings.iter().zip(&timed) {
         let errors = accuracy.of(&mut stage, setting)?;
-        rows.push(Row {
+        let row = Row {
             scene: name.clone(),
             voxels: scale.geometry.dimensions.to_array(),
             pixels: size.to_array(),
@@ -111,12 +119,15 @@ fn measure(scene: SceneParts, options: &Options) -> Result<(Vec<Row>, String), S
             own_definition: errors.own_definition,
             own_voxel_error: errors.own_voxels,
             own_image_error: errors.own_image,
-        });
+        };
+        first.get_or_insert_with(|| row.clone());
+        keep(row, &device)?;
     }
-    if let Some(row) = rows.first() {
-        rows.extend(peers.rows(&accuracy, row, options)?);
+    if let Some(first) = first {
+        for row in peers.rows(&accuracy, &first, options)? {
+            keep(row, &device)?;
+        }
     }
     eprintln!("{name}: compared, {:.0} s", begin.elapsed().as_secs_f64());
-    let adapter = stage.adapter();
-    Ok((rows, format!("{}; {} {}", adapter.name, adapter.driver, adapter.driver_info)))
+    Ok(())
 }
