@@ -1,5 +1,6 @@
 //! A head on a table, in a room with a window, a lamp and a glass: volumes under the lights of the scene, with shadows both
-//! ways. Drag the ball that carves the head, or the tool; drag with the right button to look around, scroll to come nearer.
+//! ways. A mask of its brain, which the ball does not carve, shares the head's space. Drag the ball, or the tool; drag with
+//! the right button to look around, scroll to come nearer.
 
 use bevy::{
     camera::Exposure,
@@ -142,17 +143,22 @@ fn furnish(
     commands.spawn((lamp, Transform::default(), Visibility::default(), Lamp, children![bulb]));
 }
 
-/// The head, and the ball that carves it.
+/// The head with the mask of its brain, and the ball that carves the head alone.
 fn spawn_head(
     mut commands: Commands,
     assets: Res<AssetServer>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
-) {
+    mut functions: ResMut<Assets<TransferFunction>>,
+) -> Result {
     let mut head = VolumeBundle::new(assets.load("head_phantom.nrrd"))
         .with_transfer_function(assets.load("head_phantom.tf.ron"));
     head.shading.lighting = VolumeLighting::SceneLights;
-    commands.spawn(head);
+    let head = commands.spawn(head).id();
+    let mut brain = VolumeBundle::new(assets.load("head_phantom_brain.nrrd"))
+        .with_transfer_function(functions.add(glow()?));
+    brain.shading.lighting = VolumeLighting::SceneLights;
+    commands.spawn((brain, NotShadowCaster));
     // A faint ball is seen, and carves.
     let faint = materials.add(StandardMaterial {
         base_color: Color::srgba(0.4, 0.6, 1.0, 0.08),
@@ -160,11 +166,17 @@ fn spawn_head(
         ..default()
     });
     commands.spawn((
-        ClipMesh::default(),
+        ClipMesh { targets: ClipTargets::Only(vec![head]), ..default() },
         Mesh3d(meshes.add(Sphere::new(0.06))),
         MeshMaterial3d(faint),
         (Transform::from_xyz(0.06, 0.075, 0.065), NotShadowCaster, Movable),
     ));
+    Ok(())
+}
+
+/// Colours and opacities for the mask of the brain: the inside glows faintly.
+fn glow() -> Result<TransferFunction, TransferFunctionError> {
+    TransferFunction::ramp(60.0, 255.0, 0.12, [0.2, 0.85, 0.75])
 }
 
 /// Swings the lamp.

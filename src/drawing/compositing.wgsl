@@ -1,11 +1,14 @@
 // Front-to-back compositing of the slices along a view ray that are seen (step VI of the CAO paper, section 3.5, `runs`).
 // Slices are shaded by the occlusion volume (V_AO) and, if set, by Blinn-Phong (`shading`) or by the scene's lights
-// (`scene_lights`): these light several slices at once.
+// (`scene_lights`): these light several slices at once. Other volumes may be in front of slices (`merged`).
 
 #define_import_path bevy_contextual_ao::compositing
 
 #ifdef MODULATED
 #import bevy_contextual_ao::ambient_light::opacity_share_at
+#endif
+#ifdef MERGED
+#import bevy_contextual_ao::{merged::{part, transmittance_of_others}, view_ray::along_of_depth}
 #endif
 #ifdef SCENE_LIGHTS
 #import bevy_contextual_ao::scene_lights::{NOTHING_UNLIT, UnlitPart, is_significant, light_of, with_sample}
@@ -17,7 +20,7 @@
     next_run::{march_behind, next_run},
     orientation::{Cut, orientation_at},
     reconstruction::smooth_at_place,
-    runs::{Run, THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
+    runs::{Run, Slice, THEN_RUN, THEN_SAMPLES, lit_place, slice_of_run, slices_of, tells_place, unpack_run},
     seen::runs,
     shading::shade,
     view_ray::{OPAQUE, ViewRay},
@@ -30,6 +33,10 @@ struct Pixel {
     alpha: f32,
     // End of the last slice that is seen: its distance from the ray's start.
     end_mm: f32,
+#ifdef MERGED
+    // The part of the opacity that no other volume hides.
+    visible: f32,
+#endif
 #ifdef SCENE_LIGHTS
     // What counts in the opacity, and waits to be lit.
     unlit: UnlitPart,
@@ -37,10 +44,15 @@ struct Pixel {
 }
 
 fn empty_pixel() -> Pixel {
-#ifdef SCENE_LIGHTS
-    return Pixel(vec3(0.0), 0.0, 0.0, NOTHING_UNLIT);
+    return Pixel();
+}
+
+// The opacity that a pixel's colour is multiplied by.
+fn visible_of(pixel: Pixel) -> f32 {
+#ifdef MERGED
+    return pixel.visible;
 #else
-    return Pixel(vec3(0.0), 0.0, 0.0);
+    return pixel.alpha;
 #endif
 }
 
@@ -57,6 +69,24 @@ fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: Vi
     if opacity <= 0.0 {
         return before;
     }
+    var pixel = before;
+    pixel.alpha += opacity;
+    pixel.end_mm = end_mm;
+    // What each slice adds, and the share of the second in it.
+    var added = opacity;
+    var share = pair.share;
+#ifdef MERGED
+    let seen = vec2(
+        near.opacity * transmittance_of_others(ray, near.along_mm),
+        far.opacity * transmittance_of_others(ray, far.along_mm),
+    );
+    added = seen.x + seen.y;
+    pixel.visible += added;
+    if added <= 0.0 {
+        return pixel;
+    }
+    share = seen.y / added;
+#endif
     let p = ray.origin + along_mm * ray.velocity;
     let cut = cut_before(ray, cut_mm, along_mm);
     var occluded_at = p;
@@ -71,17 +101,24 @@ fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: Vi
 #endif
     let near_color = classify(near.intensity + lift, near.gradient).rgb;
     let far_color = classify(far.intensity + lift, far.gradient).rgb;
-    let base = mix(near_color, far_color, pair.share);
+    let base = mix(near_color, far_color, share);
     let ambient = ambient_at(occluded_at, cut);
-    var pixel = before;
-    pixel.alpha += opacity;
-    pixel.end_mm = end_mm;
 #ifdef SCENE_LIGHTS
-    pixel.unlit = with_sample(pixel.unlit, opacity, base, along_mm, ambient, orientation_at(p, cut));
+    pixel.unlit = with_sample(pixel.unlit, added, base, along_mm, ambient, orientation_at(p, cut));
 #else
-    pixel.color += opacity * shade(base, opacity, p, ray.direction, ambient, cut);
+    pixel.color += added * shade(base, added, p, ray.direction, ambient, cut);
 #endif
     return pixel;
+}
+
+// A slice of a run, up to the ray's end, from the begin of the part that is drawn on.
+fn drawn_slice(ray: ViewRay, run: Run, number: u32) -> Slice {
+    var slice = slice_of_run(ray, run, number);
+#ifdef MERGED
+    slice.begin_mm = max(slice.begin_mm, min(along_of_depth(ray, part.begin_depth), slice.end_mm));
+    slice.steps = (slice.end_mm - slice.begin_mm) / volume.draw_step_mm;
+#endif
+    return slice;
 }
 
 // Adds the slices of a run from number `k` on. It ends where what was added is to be lit, and then may go on.
@@ -90,8 +127,14 @@ fn accumulate_slices(before: Pixel, run: Run, ray: ViewRay, next: ptr<function, 
     var k = *next;
     // A ray that begins in the volume's box begins at a cut too.
     let cut_mm = select(select(-1e9, ray.begin_mm, run.first == 0u), run.cut_mm, run.has_cut);
-    var begin = end_at(ray, slice_of_run(ray, run, k).begin_mm);
     let slices = slices_of(run);
+#ifdef MERGED
+    // Pairs of slices in front of the part are passed over.
+    while k + 2u < slices && slice_of_run(ray, run, k + 1u).end_mm <= along_of_depth(ray, part.begin_depth) {
+        k += 2u;
+    }
+#endif
+    var begin = end_at(ray, drawn_slice(ray, run, k).begin_mm);
     while k < slices && pixel.alpha < OPAQUE {
 #ifdef SCENE_LIGHTS
         if is_significant(pixel.unlit) {
@@ -103,7 +146,7 @@ fn accumulate_slices(before: Pixel, run: Run, ray: ViewRay, next: ptr<function, 
         var far = NOTHING_SEEN;
         var end_mm = 0.0;
         for (var j = 0u; j < 2u && k < slices && pixel.alpha + far.opacity < OPAQUE; j += 1u) {
-            let slice = slice_of_run(ray, run, k);
+            let slice = drawn_slice(ray, run, k);
             let end = end_at(ray, slice.end_mm);
             var share = 1.0;
 #ifdef MODULATED
@@ -165,6 +208,9 @@ fn completed(pixel: Pixel) -> Pixel {
     if pixel.alpha >= OPAQUE {
         var whole = pixel;
         whole.color /= pixel.alpha;
+#ifdef MERGED
+        whole.visible /= pixel.alpha;
+#endif
         whole.alpha = 1.0;
         return whole;
     }

@@ -1,14 +1,16 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
-//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; before any view
-//! is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`.
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `queue`, `pipeline`, `phase`; before any
+//! view is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`. Volumes that share space: `merging`.
 
 mod attach;
 mod depth_prepass;
+mod merging;
 mod motion_vectors;
 mod outline_colors;
 mod phase;
 mod pipeline;
+mod queue;
 mod shadows;
 mod variants;
 
@@ -75,6 +77,7 @@ impl Plugin for VolumeDrawingPlugin {
                 // A volume is drawn in the frame in which it appears.
                 .before(VisibilitySystems::VisibilityPropagate),
         );
+        app.add_plugins(merging::MergingPlugin);
         let variants = variants::DrawnVariants::default();
         app.insert_resource(variants.clone());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -108,7 +111,7 @@ impl Plugin for VolumeDrawingPlugin {
             .add_systems(
                 Render,
                 (
-                    phase::queue_volumes.in_set(RenderSystems::Queue),
+                    queue::queue_volumes.in_set(RenderSystems::Queue).after(RenderSystems::QueueMeshes),
                     variants::find_ready.in_set(RenderSystems::PrepareResources),
                     shadows::prepare_shadows.in_set(RenderSystems::PrepareBindGroups),
                     (

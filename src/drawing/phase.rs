@@ -1,8 +1,7 @@
-//! Volumes among the transparent objects of a view, which Bevy draws from back to front.
+//! Bind groups of volumes, and the commands that draw them in a view.
 
 use bevy::{
     core_pipeline::{
-        core_3d::{Transparent3d, TransparentSortingInfo3d},
         deferred::{AlphaMask3dDeferred, Opaque3dDeferred},
         prepass::{AlphaMask3dPrepass, Opaque3dPrepass},
     },
@@ -10,31 +9,30 @@ use bevy::{
         query::ROQueryItem,
         system::{SystemParamItem, lifetimeless::SRes},
     },
-    pbr::{SetMeshViewBindGroup, SetMeshViewBindingArrayBindGroup, ViewKeyCache},
+    pbr::{SetMeshViewBindGroup, SetMeshViewBindingArrayBindGroup},
     platform::collections::HashMap,
     prelude::*,
     render::{
         render_phase::{
-            DrawFunctions, PhaseItem, PhaseItemExtraIndex, RenderCommand, RenderCommandResult,
-            SetItemPipeline, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
+            PhaseItem, RenderCommand, RenderCommandResult, SetItemPipeline, TrackedRenderPass,
+            ViewBinnedRenderPhases,
         },
         render_resource::{
-            BindGroup, BindGroupEntry, BindingResource, BufferId, PipelineCache, SpecializedRenderPipelines,
-            TextureViewId,
+            BindGroup, BindGroupEntry, BindingResource, BufferId, PipelineCache, TextureViewId,
         },
         renderer::RenderDevice,
         sync_world::MainEntity,
-        view::{ExtractedView, RenderVisibleEntities},
+        view::ExtractedView,
     },
 };
 
+use super::merging::{MERGED_BINDING, MergedDraws};
 use super::pipeline::{
-    DrawPipeline, DrawVariant, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP,
-    drawn_bindings,
+    DrawPipeline, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP, drawn_bindings,
 };
 use crate::render::{
-    BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Formats, KeptGroup, MarchedViewUniform,
-    MethodPipelines, RUNS_BINDING, ViewArray, VolumeRuns, VolumeStore, shows,
+    BOX_VERTICES, BuffersOf, ClipMaps, ExtractedScene, Formats, KeptGroup, MarchedViewUniform, RUNS_BINDING,
+    ViewArray, VolumeRuns, VolumeStore,
 };
 
 /// Bind groups of volumes.
@@ -56,9 +54,9 @@ pub(super) struct DrawnGroups {
     pub outlines: BindGroup,
 }
 
-/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, the
-/// lookup table, and what the method makes.
-type Bound = ([BufferId; 4], [TextureViewId; 4]);
+/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, records of merged draws,
+/// then clip maps, the lookup table, and what the method makes.
+type Bound = ([BufferId; 5], [TextureViewId; 4]);
 
 impl DrawnVolumes {
     /// Bind groups of the volume in a box.
@@ -84,64 +82,6 @@ pub(super) type DrawFarSamples = (
     DrawBox<ALL_RAYS>,
 );
 
-/// Adds volumes to the transparent objects of the views that show them.
-pub(super) fn queue_volumes(
-    scene: Res<ExtractedScene>,
-    methods: Res<MethodPipelines>,
-    functions: Res<DrawFunctions<Transparent3d>>,
-    base: Res<DrawPipeline>,
-    mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
-    cache: Res<PipelineCache>,
-    keys: Res<ViewKeyCache>,
-    views: Query<(&ExtractedView, &RenderVisibleEntities)>,
-    mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-) {
-    let functions = functions.read();
-    let (draws_box, draws_others) = (functions.id::<DrawVolume>(), functions.id::<DrawCutOffRays>());
-    let draws_far = functions.id::<DrawFarSamples>();
-    for (view, visible) in &views {
-        let id = &view.retained_view_entity;
-        let (Some(phase), Some(key_of_view)) = (phases.get_mut(id), keys.get(id)) else {
-            continue;
-        };
-        for volume in scene.volumes.iter().filter(|volume| volume.is_placed) {
-            let Some(shown_by) = volume.drawn_on.filter(|drawn_on| shows(visible, *drawn_on)) else {
-                continue;
-            };
-            if volume.is_drawn_by_method() && methods.are_there_for(&volume.occlusion.method) {
-                continue;
-            }
-            let variant = DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient);
-            // A phase has one item for each pair of entities. No entity of the render world has such a number.
-            let mut number = u32::MAX;
-            let mut draw = |variant, draw_function| {
-                number -= 1;
-                let key = Entity::from_raw_u32(number).unwrap_or(Entity::PLACEHOLDER);
-                phase.add_transient(Transparent3d {
-                    sorting_info: TransparentSortingInfo3d::Sorted {
-                        mesh_center: volume.world_from_local.translation.into(),
-                        depth_bias: 0.0,
-                    },
-                    distance: 0.0,
-                    pipeline: pipelines.specialize(&cache, &base, (*key_of_view, variant)),
-                    entity: (key, shown_by),
-                    draw_function,
-                    batch_range: 0..1,
-                    extra_index: PhaseItemExtraIndex::None,
-                    indexed: false,
-                });
-            };
-            draw(variant, draws_box);
-            if let Some(others) = variant.of_the_others() {
-                draw(others, draws_others);
-            }
-            if let Some(far) = variant.of_far_samples(*key_of_view) {
-                draw(far, draws_far);
-            }
-        }
-    }
-}
-
 /// Binds the resources that the passes keep for volumes.
 pub(super) fn bind_volumes(
     scene: Res<ExtractedScene>,
@@ -150,14 +90,13 @@ pub(super) fn bind_volumes(
     clip_maps: Res<ClipMaps>,
     formats: Res<Formats>,
     base: Res<DrawPipeline>,
-    cache: Res<PipelineCache>,
-    device: Res<RenderDevice>,
+    (merged, cache, device): (Res<MergedDraws>, Res<PipelineCache>, Res<RenderDevice>),
     mut drawn: ResMut<DrawnVolumes>,
 ) {
     let DrawnVolumes { by_box, kept } = &mut *drawn;
     by_box.clear();
     kept.begin_frame();
-    let Some(clip) = &clip_maps.textures else {
+    let (Some(clip), Some(records)) = (&clip_maps.textures, &merged.buffer) else {
         return;
     };
     for volume in &scene.volumes {
@@ -165,7 +104,8 @@ pub(super) fn bind_volumes(
             let resources = store.0.get(&volume.entity)?;
             let [views, runs, outlines] = runs.of(volume.entity)?.buffers()?;
             let (orientations, occlusion) = (resources.orientations(), &resources.occlusion.view);
-            let buffers = [views, runs, outlines, resources.uniform.buffer()?].map(|buffer| buffer.id());
+            let buffers =
+                [views, runs, outlines, resources.uniform.buffer()?, records].map(|buffer| buffer.id());
             let table = &resources.lookup_table.texture.view;
             let textures = [&clip.depth.view, table, orientations, occlusion].map(|view| view.id());
             let group = kept.of(volume.entity).of((buffers, textures), || {
@@ -187,7 +127,9 @@ pub(super) fn bind_volumes(
                 let lists = |binding| BindGroupEntry { binding, resource: outlines.as_entire_binding() };
                 let [shaded_layout, outline_layout] = &base.of_outlines;
                 let shaded = bind("contextual_ao_shaded_volume", shaded_layout, &entries);
-                entries.push(lists(OUTLINES));
+                let records =
+                    BindGroupEntry { binding: MERGED_BINDING, resource: records.as_entire_binding() };
+                entries.extend([lists(OUTLINES), records]);
                 Some(DrawnGroups {
                     drawn: bind("contextual_ao_drawn_volume", &base.layout, &entries),
                     shaded,
@@ -259,7 +201,7 @@ impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
         };
         pass.set_bind_group(VOLUME_BIND_GROUP, &groups.drawn, &[offset]);
         if RAYS != CUT_OFF_RAYS {
-            pass.draw(0..BOX_VERTICES, 0..1);
+            pass.draw(0..BOX_VERTICES, item.batch_range().clone());
         } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {
             pass.draw_indirect(arguments, offset);
         }

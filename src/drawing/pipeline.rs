@@ -17,6 +17,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
+use super::merging::MERGED_BINDING;
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
     render::{ClipTextures, Formats, MarchedViewUniform, RUNS_BINDING, VolumeResources, volumes::layouts},
@@ -33,7 +34,7 @@ pub(super) const VIEW_BINDING: u32 = 12;
 pub(super) const OUTLINES: u32 = 13;
 
 /// Makes the pipelines.
-#[derive(Resource)]
+#[derive(Resource, Clone)]
 pub(super) struct DrawPipeline {
     meshes: MeshPipeline,
     shader: Handle<Shader>,
@@ -52,6 +53,8 @@ pub(super) struct DrawVariant {
     reconstruction: Reconstruction,
     lighting: VolumeLighting,
     by_gradient: bool,
+    /// Whether parts of rays are drawn, among volumes that share the space.
+    is_merged: bool,
     pub rays: RaysDrawn,
     pub samples: SamplesDrawn,
 }
@@ -98,6 +101,7 @@ impl DrawVariant {
             reconstruction: shading.reconstruction,
             lighting: shading.lighting,
             by_gradient,
+            is_merged: false,
             samples: default(),
             // Runs end where they would be opaque, but modulated ones are not.
             rays: if texels == OcclusionTexels::Modulated { RaysDrawn::All } else { RaysDrawn::Stored },
@@ -110,18 +114,41 @@ impl DrawVariant {
         leaves_out.then_some(Self { rays: RaysDrawn::CutOff, ..self })
     }
 
+    /// The variant that draws parts of rays, all of them.
+    pub fn merged(self) -> Self {
+        Self { is_merged: true, rays: self.rays_at_once(), ..self }
+    }
+
+    /// The variant that differs in nothing that transmittance does not depend on.
+    pub fn of_transmittance(self) -> Self {
+        Self { lighting: VolumeLighting::Unlit, ..self }
+    }
+
+    /// Whether transmittance may change without a march.
+    pub fn may_change_at_rest(self) -> bool {
+        self.is_isosurface || self.texels == OcclusionTexels::Modulated.shader_def()
+    }
+
+    /// Rays without room for runs are few, and may be drawn with the others.
+    fn rays_at_once(self) -> RaysDrawn {
+        if self.is_isosurface { self.rays } else { RaysDrawn::All }
+    }
+
     /// The variant that draws the samples that this one leaves out in views of this kind, if any.
     pub fn of_far_samples(self, view: MeshPipelineKey) -> Option<Self> {
         let has_samples = view.msaa_samples() > 1 && view.contains(MeshPipelineKey::DEPTH_PREPASS);
-        // Rays without room for runs are few, and drawn at once.
-        let rays = if self.is_isosurface { self.rays } else { RaysDrawn::All };
-        has_samples.then_some(Self { samples: SamplesDrawn::Far, rays, ..self })
+        has_samples.then_some(Self { samples: SamplesDrawn::Far, rays: self.rays_at_once(), ..self })
     }
 
     /// Whether a pass of its own may shade pixels at outlines in views of this kind. The lights of the scene are known to
     /// fragments alone.
     pub fn may_have_outlines(self, view: MeshPipelineKey) -> bool {
         view.msaa_samples() > 1 && !self.is_isosurface && !self.has_scene_lights()
+    }
+
+    /// Whether only an isosurface is drawn.
+    pub fn is_surface(self) -> bool {
+        self.is_isosurface
     }
 
     /// Whether the lights of the scene are.
@@ -139,7 +166,9 @@ impl DrawVariant {
         };
         let by_gradient = self.by_gradient.then_some("BY_GRADIENT");
         let far = (self.samples == SamplesDrawn::Far).then_some("FAR_SAMPLES");
-        let named = [self.texels, isosurface, lit, by_gradient, far].into_iter().flatten();
+        let merged = self.is_merged.then_some("MERGED");
+        let outlines = (self.is_merged || self.has_scene_lights()).then_some("FOLLOWS_OUTLINES");
+        let named = [self.texels, isosurface, lit, by_gradient, merged, outlines, far].into_iter().flatten();
         let listed = [self.reconstruction.shader_defs(), self.rays.shader_defs()].concat();
         named.chain(listed).map(ShaderDefVal::from)
     }
@@ -162,7 +191,12 @@ impl FromWorld for DrawPipeline {
 /// Bindings of a volume for drawing.
 fn drawn_layout() -> BindGroupLayoutDescriptor {
     let mut entries = layout_entries(ShaderStages::FRAGMENT);
-    entries.push(storage_buffer_read_only_sized(false, None).build(OUTLINES, ShaderStages::FRAGMENT));
+    let read = [OUTLINES, MERGED_BINDING];
+    entries.extend(
+        read.map(|binding| {
+            storage_buffer_read_only_sized(false, None).build(binding, ShaderStages::FRAGMENT)
+        }),
+    );
     // The vertices are those of the volume's box in a view.
     let of_vertices = entries.iter_mut().filter(|entry| [0, VIEW_BINDING].contains(&entry.binding));
     of_vertices.for_each(|entry| entry.visibility = ShaderStages::VERTEX_FRAGMENT);
@@ -233,6 +267,19 @@ impl SpecializedRenderPipeline for DrawPipeline {
     type Key = DrawKey;
 
     fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
+        self.describe("contextual_ao_volume", &self.shader, view, variant.shader_defs())
+    }
+}
+
+impl DrawPipeline {
+    /// A pipeline that draws the box of a volume into a view, with the bindings of both.
+    pub fn describe(
+        &self,
+        label: &'static str,
+        shader: &Handle<Shader>,
+        view: MeshPipelineKey,
+        own_defs: impl IntoIterator<Item = ShaderDefVal>,
+    ) -> RenderPipelineDescriptor {
         let no_vertices = MeshVertexBufferLayout::new(Vec::new(), VertexBufferLayout::default());
         let no_vertices = MeshVertexBufferLayouts::default().insert(no_vertices);
         let key = view | MeshPipelineKey::BLEND_PREMULTIPLIED_ALPHA;
@@ -240,18 +287,18 @@ impl SpecializedRenderPipeline for DrawPipeline {
             Ok(descriptor) => descriptor,
             Err(error) => unreachable!("no vertex attribute is asked for: {error}"),
         };
-        descriptor.label = Some("contextual_ao_volume".into());
+        descriptor.label = Some(label.into());
         descriptor.layout.truncate(VOLUME_BIND_GROUP);
         descriptor.layout.push(self.layout.clone());
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
-        defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(variant.shader_defs()));
+        defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(own_defs));
         // Bevy's lights are in one module with what reads the bindings of its materials.
         defs.push(ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), MATERIAL_BIND_GROUP_INDEX as u32));
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader = self.shader.clone();
+            fragment.shader = shader.clone();
             fragment.shader_defs = defs.clone();
         }
-        descriptor.vertex = VertexState { shader: self.shader.clone(), shader_defs: defs, ..default() };
+        descriptor.vertex = VertexState { shader: shader.clone(), shader_defs: defs, ..default() };
         // Faces are drawn whatever is in front of them. The shader itself stops at opaque geometry.
         descriptor.primitive = box_primitive();
         if let Some(depth_stencil) = &mut descriptor.depth_stencil {

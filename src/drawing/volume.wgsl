@@ -4,6 +4,8 @@
 // at opaque geometry, by the depth of the prepass. The samples of a multisampled pixel have one ray. Where it ends much
 // farther away for some of them, at the outline of a mesh, two draws share the samples: FAR_SAMPLES draws those. Pixels at
 // outlines of the volume have the mean of several rays (`outline_colors.wgsl`). Fog is that at the end of what is seen.
+//
+// Of volumes that share space, and between translucent meshes, a part of each ray is drawn (`merged`).
 
 #import bevy_pbr::{
     mesh_view_bindings::view,
@@ -32,8 +34,14 @@
 #import bevy_contextual_ao::scene_lights::{NOTHING_UNLIT, light_of, with_sample}
 #endif
 #endif
+#ifdef MERGED
 #import bevy_contextual_ao::{
-    compositing::{Pixel, completed, empty_pixel, pixel_of_ray},
+    merged::{begin_part, part, transmittance_of_others},
+    view_ray::along_of_depth,
+}
+#endif
+#import bevy_contextual_ao::{
+    compositing::{Pixel, completed, empty_pixel, pixel_of_ray, visible_of},
     drawn_box::corner_of_box,
     marched_view::{
         MarchedView, NOT_LISTED, NO_COLOR, OUTLINE_RUN, listed_pixels, outline_offset, outline_rays, ray_through, word_of_color,
@@ -59,10 +67,10 @@ fn slot_of(pixel: vec2<u32>) -> u32 {
     return slot;
 }
 
-#ifdef SCENE_LIGHTS
-// What a pixel sees: the mean of its rays at an outline, else of its own ray. The lights of the scene are known to fragments
-// alone, so that the rays are followed here, each up to the opaque geometry of the pixel.
-fn pixel_of_scene(own: ViewRay, pixel: vec2<u32>, slot: u32) -> Pixel {
+#ifdef FOLLOWS_OUTLINES
+// What a pixel sees: the mean of its rays at an outline, else of its own ray. The lights of the scene, and the volumes that
+// share the space, are known to fragments alone. So the rays are followed here, each up to the opaque geometry of the pixel.
+fn pixel_of_rays(own: ViewRay, pixel: vec2<u32>, slot: u32) -> Pixel {
     let is_listed = slot != NOT_LISTED;
     let count = select(1u, outline_rays(marched_view), is_listed);
     var seen = empty_pixel();
@@ -77,6 +85,9 @@ fn pixel_of_scene(own: ViewRay, pixel: vec2<u32>, slot: u32) -> Pixel {
         let one = completed(pixel_of_ray(ray, run));
         seen.color += one.color / f32(count);
         seen.alpha += one.alpha / f32(count);
+#ifdef MERGED
+        seen.visible += one.visible / f32(count);
+#endif
         seen.end_mm = max(seen.end_mm, one.end_mm);
     }
     return seen;
@@ -98,9 +109,21 @@ fn pixel_of_outline(slot: u32) -> Pixel {
 }
 #endif
 
+struct Vertex {
+    @builtin(position) position: vec4<f32>,
+#ifdef MERGED
+    // Of the part that is drawn.
+    @location(0) @interpolate(flat) record: u32,
+#endif
+}
+
 @vertex
-fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return corner_of_box(marched_view, index);
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) record: u32) -> Vertex {
+#ifdef MERGED
+    return Vertex(corner_of_box(marched_view, index), record);
+#else
+    return Vertex(corner_of_box(marched_view, index));
+#endif
 }
 
 #ifdef DEPTH_PREPASS
@@ -161,8 +184,14 @@ struct FragmentOutput {
 }
 
 @fragment
-fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
+fn fragment(vertex: Vertex) -> FragmentOutput {
+    let position = vertex.position;
+    let pixel_place = vec2<u32>(position.xy);
     var ray = ray_through(marched_view, position.xy);
+#ifdef MERGED
+    begin_part(vertex.record, pixel_place);
+    ray.end_mm = min(ray.end_mm, along_of_depth(ray, part.end_depth));
+#endif
     let samples = samples_of_pixel(ray, position);
     let is_ended_by_mesh = samples.end_mm < ray.end_mm;
     ray.end_mm = samples.end_mm;
@@ -178,18 +207,22 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     var pixel = empty_pixel();
     pixel.alpha = hit.alpha;
     pixel.end_mm = hit.along_mm;
+    var added = hit.alpha;
+#ifdef MERGED
+    added *= f32(hit.along_mm > along_of_depth(ray, part.begin_depth)) * transmittance_of_others(ray, hit.along_mm);
+    pixel.visible = added;
+#endif
 #ifdef SCENE_LIGHTS
     let orientation = orientation_at(hit.p, NO_CUT);
-    pixel.color = light_of(with_sample(NOTHING_UNLIT, hit.alpha, hit.color, hit.along_mm, ambient, orientation), ray);
+    pixel.color = light_of(with_sample(NOTHING_UNLIT, added, hit.color, hit.along_mm, ambient, orientation), ray);
 #else
-    pixel.color = hit.alpha * shade(hit.color, hit.alpha, hit.p, ray.direction, ambient, NO_CUT);
+    pixel.color = added * shade(hit.color, added, hit.p, ray.direction, ambient, NO_CUT);
 #endif
 #else
-    let pixel_place = vec2<u32>(position.xy);
     let slot = select(slot_of(pixel_place), NOT_LISTED, samples.is_split);
     var is_own = true;
     // Several draws share the pixels: rays whose runs found no room are followed by one draw.
-#ifdef SCENE_LIGHTS
+#ifdef FOLLOWS_OUTLINES
     let is_smooth = slot != NOT_LISTED;
 #else
     // Rays of outlines were followed without regard to meshes. The pixel's own ray is drawn where a mesh ends what they see,
@@ -204,8 +237,8 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
 #else ifndef REST
     is_own = !run.is_cut_off || is_smooth;
 #endif
-#ifdef SCENE_LIGHTS
-    var pixel = pixel_of_scene(ray, pixel_place, slot);
+#ifdef FOLLOWS_OUTLINES
+    var pixel = pixel_of_rays(ray, pixel_place, slot);
 #else
     if is_smooth {
         run = no_run();
@@ -217,17 +250,22 @@ fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
 #endif
     pixel.alpha *= f32(is_own);
 #endif
-    if pixel.alpha <= 0.0 {
+    let visible = visible_of(pixel);
+    if visible <= 0.0 {
         discard;
     }
+#ifdef MERGED
+    // What is behind is dimmed already.
+    pixel.alpha = select(pixel.alpha, 0.0, part.is_shared);
+#endif
 #ifdef DISTANCE_FOG
     let seen_world = (volume.world_from_local * vec4(ray.near + pixel.end_mm * ray.direction, 1.0)).xyz;
-    let fogged = apply_fog(fog, vec4(pixel.color / pixel.alpha, 1.0), seen_world, view.world_position.xyz, position.xy);
-    pixel.color = fogged.rgb * pixel.alpha;
+    let fogged = apply_fog(fog, vec4(pixel.color / visible, 1.0), seen_world, view.world_position.xyz, position.xy);
+    pixel.color = fogged.rgb * visible;
 #endif
 #ifdef TONEMAP_IN_SHADER
-    let mapped = tone_mapping(vec4(pixel.color / pixel.alpha, 1.0), view.color_grading).rgb;
-    pixel.color = mapped * pixel.alpha;
+    let mapped = tone_mapping(vec4(pixel.color / visible, 1.0), view.color_grading).rgb;
+    pixel.color = mapped * visible;
 #endif
 #ifdef MULTISAMPLED
     return FragmentOutput(vec4(pixel.color, pixel.alpha), samples.mask);

@@ -39,7 +39,7 @@ use methods::{
 };
 
 pub(crate) use carvers::{clip_maps::ClipMaps, clip_textures::ClipTextures};
-pub(crate) use extract::ExtractedScene;
+pub(crate) use extract::{ExtractedScene, ExtractedVolume};
 pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
 pub(crate) use gpu::frame::ShadesViews;

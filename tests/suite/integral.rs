@@ -142,8 +142,12 @@ impl Integral<'_> {
 
     /// The same by the ray through a place, pixels.
     pub fn pixel_at(&self, view: &View, at: DVec2) -> Pixel {
+        merged_pixel(&[self], view, at)
+    }
+
+    /// The course of a ray through the volume.
+    fn course(&self, (origin, direction): (DVec3, DVec3)) -> Course {
         let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
-        let (origin, direction) = view.ray(at);
         let local_from_world = self.world_from_local.inverse();
         let voxel_from_local = self.geometry.local_from_voxel.inverse();
         let local =
@@ -152,45 +156,100 @@ impl Integral<'_> {
         // Ray parameters at the planes of the box that the voxels fill.
         let low = (DVec3::splat(-0.5) - voxel.0) / voxel.1;
         let high = (self.geometry.dimensions.as_dvec3() - 0.5 - voxel.0) / voxel.1;
-        let begin = low.min(high).max_element().max(0.0);
         let opaque = (self.opaque)(origin / world_per_mm, direction) * world_per_mm;
-        let end = low.max(high).min_element().min(opaque);
-        let is_clipped = |t: f64| (self.is_clipped)((origin + t * direction) / world_per_mm);
-
-        let mut pixel = Pixel { color: DVec3::ZERO, transmittance: 1.0 };
-        if begin >= end {
-            return pixel;
+        Course {
+            begin: low.min(high).max_element().max(0.0),
+            end: low.max(high).min_element().min(opaque),
+            local,
+            voxel,
+            mm: local.1.length(),
         }
-        // Lengths are those in the volume, whatever its scale in the world.
-        let mm = local.1.length();
-        let steps = ((end - begin) * mm / (STEP * self.geometry.spacing_mm.min_element())).ceil();
-        for k in 0..steps as u32 {
-            let at = |part: f64| begin + (f64::from(k) + part) / steps * (end - begin);
-            let (from, to) = match [is_clipped(at(0.0)), is_clipped(at(1.0))] {
-                [true, true] => continue,
-                [false, false] => (0.0, 1.0),
-                [starts_clipped, _] => {
-                    let cut = halve(|part| is_clipped(at(part)) == starts_clipped);
-                    if starts_clipped { (cut, 1.0) } else { (0.0, cut) }
-                }
-            };
-            let t = at(0.5 * (from + to));
-            let place = voxel.0 + t * voxel.1;
-            let (color, per_mm) = self.classify(place);
-            if per_mm <= 0.0 {
-                continue;
-            }
-            let opacity = 1.0 - (1.0 - per_mm).powf(mm * (at(to) - at(from)));
-            let sample =
-                Sample { color, local: local.0 + t * local.1, voxel: place, direction: local.1 / mm };
-            pixel.color += pixel.transmittance * opacity * (self.shade)(&sample);
-            pixel.transmittance *= 1.0 - opacity;
-            if pixel.transmittance < DARK {
-                break;
-            }
-        }
-        pixel
     }
+
+    /// Light of a part of a ray, and its optical depth.
+    fn light(&self, ray: (DVec3, DVec3), course: &Course, [begin, end]: [f64; 2]) -> Option<(DVec3, f64)> {
+        let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
+        let is_clipped = |t: f64| (self.is_clipped)((ray.0 + t * ray.1) / world_per_mm);
+        let [begin, end] = [begin.max(course.begin), end.min(course.end)];
+        if begin >= end {
+            return None;
+        }
+        let at = |part: f64| begin + part * (end - begin);
+        let (from, to) = match [is_clipped(begin), is_clipped(end)] {
+            [true, true] => return None,
+            [false, false] => (0.0, 1.0),
+            [starts_clipped, _] => {
+                let cut = halve(|part| is_clipped(at(part)) == starts_clipped);
+                if starts_clipped { (cut, 1.0) } else { (0.0, cut) }
+            }
+        };
+        let t = at(0.5 * (from + to));
+        let voxel = course.voxel.0 + t * course.voxel.1;
+        let (color, per_mm) = self.classify(voxel);
+        // Lengths are those in the volume, whatever its scale in the world.
+        let depth = -(1.0 - per_mm).ln() * course.mm * (at(to) - at(from));
+        let local = course.local.0 + t * course.local.1;
+        let direction = course.local.1 / course.mm;
+        (per_mm > 0.0).then(|| ((self.shade)(&Sample { color, local, voxel, direction }), depth))
+    }
+}
+
+/// A ray through a volume. Places are ray parameters.
+struct Course {
+    begin: f64,
+    end: f64,
+    /// Origin and direction in volume space, and in voxels.
+    local: (DVec3, DVec3),
+    voxel: (DVec3, DVec3),
+    /// Length of the direction in the volume.
+    mm: f64,
+}
+
+/// The part that some volumes have in a pixel, by the ray through a place. Where they share space, extinctions add up.
+pub fn merged_pixel(volumes: &[&Integral], view: &View, at: DVec2) -> Pixel {
+    merged_pixel_up_to(&|_, _| f64::INFINITY, volumes, view, at)
+}
+
+/// The same up to a surface: its distance from a point of the world (mm) in a direction of unit length, mm.
+pub fn merged_pixel_up_to(
+    surface: &dyn Fn(DVec3, DVec3) -> f64,
+    volumes: &[&Integral],
+    view: &View,
+    at: DVec2,
+) -> Pixel {
+    let ray = view.ray(at);
+    let world_per_mm = f64::from(WORLD_UNITS_PER_MM);
+    let surface = surface(ray.0 / world_per_mm, ray.1) * world_per_mm;
+    let courses: Vec<_> = volumes.iter().map(|volume| volume.course(ray)).collect();
+    let met = || volumes.iter().zip(&courses).filter(|(_, course)| course.begin < course.end);
+    let begin = met().map(|(_, course)| course.begin).fold(f64::INFINITY, f64::min);
+    let end = met().map(|(_, course)| course.end).fold(0.0, f64::max).min(surface);
+    let longest = met().map(|(volume, course)| STEP * volume.geometry.spacing_mm.min_element() / course.mm);
+    let longest = longest.fold(f64::INFINITY, f64::min);
+    let mut pixel = Pixel { color: DVec3::ZERO, transmittance: 1.0 };
+    if begin >= end {
+        return pixel;
+    }
+    let steps = ((end - begin) / longest).ceil();
+    for k in 0..steps as u32 {
+        let place = |part: f64| begin + (f64::from(k) + part) / steps * (end - begin);
+        let lights = met().filter_map(|(volume, course)| volume.light(ray, course, [place(0.0), place(1.0)]));
+        let (mut light, mut depth) = (DVec3::ZERO, 0.0);
+        for (color, own) in lights {
+            light += own * color;
+            depth += own;
+        }
+        if depth <= 0.0 {
+            continue;
+        }
+        let opacity = 1.0 - (-depth).exp();
+        pixel.color += pixel.transmittance * opacity * light / depth;
+        pixel.transmittance *= 1.0 - opacity;
+        if pixel.transmittance < DARK {
+            break;
+        }
+    }
+    pixel
 }
 
 /// Place in [0, 1] up to which a condition holds.

@@ -46,6 +46,7 @@ mod optimizations;
 mod options;
 mod oracle;
 mod outlines;
+mod overlapping;
 mod picking;
 mod picture;
 mod presets;

@@ -78,6 +78,8 @@ pub(crate) struct ViewRuns {
     entities: Vec<Entity>,
     /// Number of the views.
     count: usize,
+    /// Number of changes so far.
+    revision: u32,
     /// Bind groups for marching, and for finding outlines.
     pub(super) group: KeptGroup<[BufferId; 4]>,
     pub(super) outline_group: KeptGroup<[BufferId; 3]>,
@@ -188,6 +190,11 @@ impl ViewRuns {
         Some(self.index_of(view)? as u32 * ViewArray::<MarchedViewUniform>::BYTES)
     }
 
+    /// Tells apart what the runs hold: it changes with every march.
+    pub fn revision(&self) -> u32 {
+        self.revision
+    }
+
     /// Outlines of a view, if they are smooth.
     pub fn outlines_of(&self, view: Entity) -> Option<OutlinesOfView> {
         let index = self.count + self.entities[self.count..].iter().position(|entity| *entity == view)?;
@@ -279,6 +286,7 @@ impl ViewRuns {
         }
         let is_marched = largest != UVec2::ZERO;
         if is_marched {
+            self.revision = self.revision.wrapping_add(1);
             self.reset_outlines(windows.len(), &of_outlines, gpu);
         }
         let parts = MarchParts {

@@ -86,3 +86,13 @@ fn samples_of(ray: ViewRay) -> u32 {
     let steps = (ray.end_mm - ray.begin_mm) / volume.draw_step_mm;
     return select(0u, u32(clamp(ceil(steps - ray.offset), 0.0, MOST_SAMPLES - 1.0)) + 1u, steps > 0.0);
 }
+
+// Depth of a point of a ray: its distance from the plane through the camera, world units.
+fn depth_at(ray: ViewRay, along_mm: f32) -> f32 {
+    return ray.near_depth + along_mm * ray.depth_per_mm;
+}
+
+// Distance from `near` of a ray's point at a depth, mm.
+fn along_of_depth(ray: ViewRay, depth: f32) -> f32 {
+    return (depth - ray.near_depth) / ray.depth_per_mm;
+}

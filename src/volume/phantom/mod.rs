@@ -37,6 +37,8 @@ mod tissue {
 const HEIGHT_MM: f32 = 240.0;
 /// Half the width of edges between skin and air, voxels.
 const AIR_EDGE: f32 = 2.0;
+/// Width of the edge of [`brain_mask`], voxels.
+pub const MASK_EDGE: f32 = 3.0;
 /// Largest number of voxels along the height; more would not fit into memory.
 const MAX_VOXELS_HIGH: u32 = 1024;
 
@@ -60,26 +62,19 @@ pub struct HeadPhantom {
 /// make a good demo of 120 x 144 x 160.
 pub fn head_phantom(voxels_high: u32) -> HeadPhantom {
     let field = HeadField::new(voxels_high);
-    let dimensions = field.dimensions;
-    let slice_len = (dimensions.x * dimensions.y) as usize;
-    let mut values = vec![0; slice_len * dimensions.z as usize];
-    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
-    // Every thread takes each n-th slice, because the slices through the brain cost the most.
-    let mut shares: Vec<Vec<(usize, &mut [i16])>> = (0..threads).map(|_| Vec::new()).collect();
-    for (z, slice) in values.chunks_mut(slice_len).enumerate() {
-        shares[z % threads].push((z, slice));
-    }
-    std::thread::scope(|scope| {
-        for share in shares {
-            let field = &field;
-            scope.spawn(move || {
-                for (z, slice) in share {
-                    field.fill_slice(z, slice);
-                }
-            });
-        }
-    });
-    HeadPhantom { dimensions, spacing_mm: field.spacing_mm, values }
+    let values = field.sample(|p| field.value(p).round() as i16);
+    HeadPhantom { dimensions: field.dimensions, spacing_mm: field.spacing_mm, values }
+}
+
+/// Generates a mask of the brain of [`head_phantom`], on the same grid: 255 inside, 0 outside, x fastest. Its edge is
+/// [`MASK_EDGE`] voxels wide, so that its surface is smooth.
+pub fn brain_mask(voxels_high: u32) -> Vec<u8> {
+    let field = HeadField::new(voxels_high);
+    let edge_mm = MASK_EDGE * field.spacing_mm;
+    field.sample(|p| {
+        let q = at(p.x.abs(), p.y, p.z);
+        (255.0 * ramp(0.5 * edge_mm, -0.5 * edge_mm, brain::brain(p, q).surface)).round() as u8
+    })
 }
 
 /// The values of a [`HeadPhantom`] at any point, before they are rounded: what its picture should show.
@@ -113,13 +108,30 @@ impl HeadField {
         self.spacing_mm
     }
 
-    fn fill_slice(&self, z: usize, slice: &mut [i16]) {
+    /// Values at the centres of all voxels, x fastest, by all processors.
+    fn sample<T: Default + Clone + Send>(&self, value_at: impl Fn(Vec3) -> T + Sync) -> Vec<T> {
+        let UVec3 { x: width, y: rows, z: slices } = self.dimensions;
         let middle = (self.dimensions.as_vec3() - Vec3::ONE) / 2.0;
-        let width = self.dimensions.x as usize;
-        for (i, value) in slice.iter_mut().enumerate() {
-            let index = at((i % width) as f32, (i / width) as f32, z as f32);
-            *value = self.value((index - middle) * self.spacing_mm).round() as i16;
+        let slice_len = (width * rows) as usize;
+        let mut values = vec![T::default(); slice_len * slices as usize];
+        let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+        // Every thread takes each n-th slice, because the slices through the brain cost the most.
+        let mut shares: Vec<Vec<(usize, &mut [T])>> = (0..threads).map(|_| Vec::new()).collect();
+        for (z, slice) in values.chunks_mut(slice_len).enumerate() {
+            shares[z % threads].push((z, slice));
         }
+        let fill = |(z, slice): (usize, &mut [T])| {
+            for (i, value) in (0..).zip(slice) {
+                let index = at((i % width) as f32, (i / width) as f32, z as f32);
+                *value = value_at((index - middle) * self.spacing_mm);
+            }
+        };
+        std::thread::scope(|scope| {
+            for share in shares {
+                scope.spawn(|| share.into_iter().for_each(fill));
+            }
+        });
+        values
     }
 
     /// Hounsfield units at a point, mm from the origin of the head along the axes of [`HeadPhantom`].

@@ -1,0 +1,34 @@
+//! Pipelines that dim what is behind volumes that share space.
+
+use bevy::{
+    asset::load_embedded_asset,
+    pbr::MeshPipelineKey,
+    prelude::*,
+    render::render_resource::{RenderPipelineDescriptor, SpecializedRenderPipeline},
+};
+
+use crate::drawing::pipeline::DrawPipeline;
+
+/// Makes the pipelines, one for each kind of view.
+#[derive(Resource)]
+pub(in crate::drawing) struct DimmingPipeline {
+    drawing: DrawPipeline,
+    shader: Handle<Shader>,
+}
+
+impl FromWorld for DimmingPipeline {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            drawing: world.resource::<DrawPipeline>().clone(),
+            shader: load_embedded_asset!(world, "dimming.wgsl"),
+        }
+    }
+}
+
+impl SpecializedRenderPipeline for DimmingPipeline {
+    type Key = MeshPipelineKey;
+
+    fn specialize(&self, view: MeshPipelineKey) -> RenderPipelineDescriptor {
+        self.drawing.describe("contextual_ao_dimming", &self.shader, view, [])
+    }
+}

@@ -1,0 +1,182 @@
+//! The buffer that merged draws read (`merged.wgsl`): a record for each draw, lists of the volumes that share space, and room
+//! for the curves of pixels.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{Buffer, BufferDescriptor, BufferUsages},
+        sync_world::MainEntity,
+    },
+};
+
+use super::parts::Part;
+use crate::render::{Gpu, VolumeWindows};
+
+/// Binding of the buffer for drawing.
+pub(in crate::drawing) const MERGED_BINDING: u32 = 14;
+
+/// Words of a record, of the curves of a volume, and of one curve, as in WGSL.
+const RECORD_WORDS: usize = 8;
+const CURVES_WORDS: usize = 3;
+const CURVE_WORDS: u64 = 16;
+
+/// Merged draws of this frame. The index of a draw is its instance, by which the shader finds its record.
+#[derive(Resource, Default)]
+pub(in crate::drawing) struct MergedDraws {
+    groups: Vec<MergedGroup>,
+    draws: Vec<MergedDraw>,
+    /// Curves of this frame.
+    pub curves: Vec<CurvesOf>,
+    /// Records and lists, as last written.
+    head: Vec<u32>,
+    pub buffer: Option<Buffer>,
+}
+
+/// Volumes that may share space in a view.
+struct MergedGroup {
+    view: Entity,
+    volumes: Vec<MainEntity>,
+}
+
+/// A part of a volume in a group.
+struct MergedDraw {
+    group: usize,
+    member: usize,
+    part: Part,
+}
+
+/// Curves of a volume in a view, for the pixels in which other volumes may share its space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::drawing) struct CurvesOf {
+    pub view: Entity,
+    pub volume: MainEntity,
+    /// First and end pixel.
+    pub first: UVec2,
+    pub end: UVec2,
+    /// Word of the first pixel's curve.
+    pub word: u32,
+}
+
+impl CurvesOf {
+    fn curves(&self) -> u64 {
+        (self.end - self.first).as_u64vec2().element_product()
+    }
+
+    /// As shaders read it.
+    pub fn words(&self) -> [u32; CURVES_WORDS] {
+        let pack = |pixel: UVec2| pixel.x | (pixel.y << 16);
+        [pack(self.first), pack(self.end), self.word]
+    }
+}
+
+impl MergedDraws {
+    pub fn begin_frame(&mut self) {
+        self.groups.clear();
+        self.draws.clear();
+        self.curves.clear();
+    }
+
+    /// Adds volumes that may share space in a view. Returns the group's index.
+    pub fn add_group(&mut self, view: Entity, volumes: Vec<MainEntity>) -> usize {
+        self.groups.push(MergedGroup { view, volumes });
+        self.groups.len() - 1
+    }
+
+    /// Adds a part of a group's member. Returns the draw's instance.
+    pub fn add_draw(&mut self, group: usize, member: usize, part: Part) -> u32 {
+        self.draws.push(MergedDraw { group, member, part });
+        self.draws.len() as u32 - 1
+    }
+
+    /// Finds the curves of a group's members: those of pixels in which another one may be. A member without any is drawn as if
+    /// it were alone.
+    fn curves_of(group: &MergedGroup, windows: &VolumeWindows, first_word: u64) -> Vec<CurvesOf> {
+        let window = |volume: &MainEntity| {
+            let of_view = windows.onto(*volume).iter().find(|window| window.view == group.view);
+            of_view.map_or([UVec2::ZERO; 2], |window| [window.uniform.first, window.uniform.end])
+        };
+        let windows: Vec<_> = group.volumes.iter().map(window).collect();
+        let mut word = first_word;
+        let members = group.volumes.iter().zip(&windows).enumerate();
+        members
+            .map(|(index, (volume, [first, end]))| {
+                let others = windows.iter().enumerate().filter(|(other, _)| *other != index);
+                let shared = others.map(|(_, [low, high])| [low.max(*first), high.min(*end)]);
+                let shared = shared.filter(|[low, high]| low.cmplt(*high).all());
+                let around = shared.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
+                let [first, end] = around.unwrap_or_default();
+                let found = CurvesOf { view: group.view, volume: *volume, first, end, word: word as u32 };
+                word += CURVE_WORDS * found.curves();
+                found
+            })
+            .collect()
+    }
+
+    /// The records and lists, and the curves behind them. Groups whose curves find no room have none.
+    fn lay_out(&mut self, windows: &VolumeWindows, most_words: u64) -> (Vec<u32>, u64) {
+        let members: usize = self.groups.iter().map(|group| group.volumes.len().pow(2)).sum();
+        let lists_at = RECORD_WORDS * self.draws.len();
+        let mut end_word = (lists_at + CURVES_WORDS * members) as u64;
+        let mut lists = Vec::new();
+        let mut own = Vec::new();
+        for group in &self.groups {
+            let mut curves = Self::curves_of(group, windows, end_word);
+            let after = end_word + CURVE_WORDS * curves.iter().map(CurvesOf::curves).sum::<u64>();
+            if after > most_words {
+                warn_once!(
+                    "volumes that share space are drawn one after the other: their transmittances take {after} \
+                     words, but a buffer of this graphics device holds {most_words}"
+                );
+                curves.iter_mut().for_each(|curves| curves.end = curves.first);
+            } else {
+                end_word = after;
+            }
+            let mut of_members = Vec::new();
+            for (member, own) in curves.iter().enumerate() {
+                of_members.push((*own, lists_at + lists.len()));
+                let others = curves.iter().enumerate().filter(|(other, _)| *other != member);
+                lists.extend(others.flat_map(|(_, curves)| curves.words()));
+            }
+            own.push(of_members);
+            self.curves.extend(curves.into_iter().filter(|curves| curves.curves() > 0));
+        }
+        let records = self.draws.iter().flat_map(|MergedDraw { group, member, part }| {
+            let (curves, list) = own[*group][*member];
+            let [first, end, word] = curves.words();
+            let others = own[*group].len() as u32 - 1;
+            [part.begin_depth.to_bits(), part.end_depth.to_bits(), first, end, word, others, list as u32, 0]
+        });
+        (records.chain(lists).collect(), end_word)
+    }
+
+    /// Writes the records, into a buffer with room for the curves.
+    fn write(&mut self, windows: &VolumeWindows, gpu: &Gpu) {
+        let most_words = gpu.device.limits().max_storage_buffer_binding_size / 4;
+        let (head, words) = self.lay_out(windows, most_words);
+        // Bindings are never empty.
+        let needed = 4 * words.max(RECORD_WORDS as u64);
+        let has = self.buffer.as_ref().map_or(0, |buffer| buffer.size());
+        if needed > has || has > 4 * needed.max(1024) {
+            self.buffer = Some(gpu.device.create_buffer(&BufferDescriptor {
+                label: Some("contextual_ao_merged"),
+                size: needed,
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }));
+            self.head.clear();
+        }
+        if let Some(buffer) = self.buffer.as_ref().filter(|_| self.head != head) {
+            gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&head));
+            self.head = head;
+        }
+    }
+}
+
+/// Writes what merged draws of this frame read.
+pub(in crate::drawing) fn write_records(
+    windows: Res<VolumeWindows>,
+    gpu: Gpu,
+    mut merged: ResMut<MergedDraws>,
+) {
+    merged.write(&windows, &gpu);
+}
