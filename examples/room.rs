@@ -10,7 +10,7 @@ use bevy::{
     picking::pointer::PointerButton,
     prelude::*,
 };
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{prelude::*, volume::TransferFunctionError};
 
 /// Height of the table's top, metres. The head's centre is above it.
 const TABLE: f32 = -0.128;

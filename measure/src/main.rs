@@ -15,6 +15,7 @@ mod isosurface;
 mod lights;
 mod live;
 mod motion;
+mod overlaps;
 mod parts;
 mod picture;
 mod published;
@@ -117,6 +118,9 @@ struct Instead {
     /// part over that without it.
     #[arg(long)]
     parts: bool,
+    /// Cost of volumes in the same space, and of translucent meshes in a volume, in the scene of benches/peers.
+    #[arg(long)]
+    overlaps: bool,
     /// Cost of the scene's lights and of shadows, over that of a headlight, in the scene of benches/peers.
     #[arg(long)]
     lights: bool,
@@ -202,6 +206,8 @@ fn main() -> Result<(), String> {
         parts::run(&options)
     } else if instead.lights {
         lights::run(&options)
+    } else if instead.overlaps {
+        overlaps::run(&options)
     } else if instead.directions {
         directions::run(&options)
     } else if instead.tables {

@@ -32,6 +32,9 @@ pub(in crate::drawing) struct MergedDraws {
     pub buffer: Option<Buffer>,
 }
 
+/// First and end pixel of a view's window onto a volume.
+type WindowOf<'a> = dyn Fn(Entity, MainEntity) -> Option<[UVec2; 2]> + 'a;
+
 /// Volumes that may share space in a view.
 struct MergedGroup {
     view: Entity,
@@ -90,12 +93,9 @@ impl MergedDraws {
 
     /// Finds the curves of a group's members: those of pixels in which another one may be. A member without any is drawn as if
     /// it were alone.
-    fn curves_of(group: &MergedGroup, windows: &VolumeWindows, first_word: u64) -> Vec<CurvesOf> {
-        let window = |volume: &MainEntity| {
-            let of_view = windows.onto(*volume).iter().find(|window| window.view == group.view);
-            of_view.map_or([UVec2::ZERO; 2], |window| [window.uniform.first, window.uniform.end])
-        };
-        let windows: Vec<_> = group.volumes.iter().map(window).collect();
+    fn curves_of(group: &MergedGroup, window_of: &WindowOf, first_word: u64) -> Vec<CurvesOf> {
+        let windows: Vec<_> =
+            group.volumes.iter().map(|volume| window_of(group.view, *volume).unwrap_or_default()).collect();
         let mut word = first_word;
         let members = group.volumes.iter().zip(&windows).enumerate();
         members
@@ -113,14 +113,15 @@ impl MergedDraws {
     }
 
     /// The records and lists, and the curves behind them. Groups whose curves find no room have none.
-    fn lay_out(&mut self, windows: &VolumeWindows, most_words: u64) -> (Vec<u32>, u64) {
-        let members: usize = self.groups.iter().map(|group| group.volumes.len().pow(2)).sum();
+    fn lay_out(&mut self, window_of: &WindowOf, most_words: u64) -> (Vec<u32>, u64) {
+        let others = |group: &MergedGroup| group.volumes.len() * (group.volumes.len() - 1);
+        let others: usize = self.groups.iter().map(others).sum();
         let lists_at = RECORD_WORDS * self.draws.len();
-        let mut end_word = (lists_at + CURVES_WORDS * members) as u64;
+        let mut end_word = (lists_at + CURVES_WORDS * others) as u64;
         let mut lists = Vec::new();
         let mut own = Vec::new();
         for group in &self.groups {
-            let mut curves = Self::curves_of(group, windows, end_word);
+            let mut curves = Self::curves_of(group, window_of, end_word);
             let after = end_word + CURVE_WORDS * curves.iter().map(CurvesOf::curves).sum::<u64>();
             if after > most_words {
                 warn_once!(
@@ -152,7 +153,11 @@ impl MergedDraws {
     /// Writes the records, into a buffer with room for the curves.
     fn write(&mut self, windows: &VolumeWindows, gpu: &Gpu) {
         let most_words = gpu.device.limits().max_storage_buffer_binding_size / 4;
-        let (head, words) = self.lay_out(windows, most_words);
+        let window_of = |view, volume| {
+            let window = windows.onto(volume).iter().find(|window| window.view == view)?;
+            Some([window.uniform.first, window.uniform.end])
+        };
+        let (head, words) = self.lay_out(&window_of, most_words);
         // Bindings are never empty.
         let needed = 4 * words.max(RECORD_WORDS as u64);
         let has = self.buffer.as_ref().map_or(0, |buffer| buffer.size());
@@ -179,4 +184,57 @@ pub(in crate::drawing) fn write_records(
     mut merged: ResMut<MergedDraws>,
 ) {
     merged.write(&windows, &gpu);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PART: Part = Part { begin_depth: 1.0, end_depth: 2.0, sorted_depth: 1.5 };
+
+    fn entity(number: u32) -> Entity {
+        Entity::from_raw_u32(number).expect("an entity")
+    }
+
+    /// Two volumes of 4 x 3 and 5 x 5 pixels, which share 2 x 2.
+    fn two() -> (MergedDraws, impl Fn(Entity, MainEntity) -> Option<[UVec2; 2]>) {
+        let mut merged = MergedDraws::default();
+        let group = merged.add_group(entity(1), vec![entity(2).into(), entity(3).into()]);
+        (0..2).for_each(|member| assert_eq!(merged.add_draw(group, member, PART), member as u32));
+        let window_of = |view, volume: MainEntity| {
+            assert_eq!(view, entity(1));
+            let first = if volume.id() == entity(2) { [10, 10] } else { [12, 11] };
+            let size = if volume.id() == entity(2) { [4, 3] } else { [5, 5] };
+            Some([first.into(), UVec2::from(first) + UVec2::from(size)])
+        };
+        (merged, window_of)
+    }
+
+    #[test]
+    fn volumes_have_curves_in_the_pixels_that_they_share() {
+        let (mut merged, window_of) = two();
+        let (head, words) = merged.lay_out(&window_of, 10_000);
+        let shared = [UVec2::new(12, 11), UVec2::new(14, 13)];
+        let found: Vec<_> = merged.curves.iter().map(|curves| [curves.first, curves.end]).collect();
+        assert_eq!(found, [shared; 2]);
+        // Two records, and for each member a list of one other.
+        let heads = 2 * RECORD_WORDS + 2 * CURVES_WORDS;
+        assert_eq!(head.len(), heads);
+        assert_eq!(words, heads as u64 + 2 * 4 * CURVE_WORDS);
+        let own: Vec<_> = merged.curves.iter().map(CurvesOf::words).collect();
+        for (member, [curves, other]) in [[own[0], own[1]], [own[1], own[0]]].into_iter().enumerate() {
+            let record = &head[RECORD_WORDS * member..][..RECORD_WORDS];
+            assert_eq!(record[..2], [1f32.to_bits(), 2f32.to_bits()]);
+            assert_eq!((&record[2..5], record[5]), (&curves[..], 1));
+            assert_eq!(head[record[6] as usize..][..CURVES_WORDS], other);
+        }
+    }
+
+    #[test]
+    fn without_room_volumes_are_drawn_as_if_each_were_alone() {
+        let (mut merged, window_of) = two();
+        let (head, words) = merged.lay_out(&window_of, 100);
+        assert!(merged.curves.is_empty() && words <= 100, "{words}");
+        assert_eq!(head[2], head[3], "no pixel is shared");
+    }
 }
