@@ -31,6 +31,8 @@ pub const SPAN_DISTANCES: &str = "contextual_ao/distances";
 pub const SPAN_MARCH: &str = "contextual_ao/march";
 /// Shading the outlines of volumes in views with `Msaa`. It has no jobs in [`PassLog`]: it is a part of drawing.
 pub const SPAN_OUTLINES: &str = "contextual_ao/outlines";
+/// Following the rays of lights through volumes that cast shadows. It has no jobs in [`PassLog`]: it is a part of drawing.
+pub const SPAN_SHADOWS: &str = "contextual_ao/shadows";
 /// Finding the transmittance of volumes that share space. It has no jobs in [`PassLog`]: it is a part of drawing.
 pub const SPAN_TRANSMITTANCE: &str = "contextual_ao/transmittance";
 /// Bevy's span for drawing volumes and all other transparent objects.

@@ -18,7 +18,7 @@ use bevy::{
     asset::embedded_asset,
     camera::visibility::VisibilitySystems,
     core_pipeline::{Core3d, Core3dSystems, core_3d::Transparent3d, schedule::camera_driver},
-    pbr::{LATE_SHADOW_PASS, MeshPipelineSystems, per_view_shadow_pass, shared_shadow_pass},
+    pbr::MeshPipelineSystems,
     prelude::*,
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems, init_gpu_resource,
@@ -57,7 +57,6 @@ impl Plugin for VolumeDrawingPlugin {
         load_shader_library!(app, "scene_lights.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "outline_colors.wgsl");
-        embedded_asset!(app, "shadows.wgsl");
         embedded_asset!(app, "volume.wgsl");
         app.add_observer(depth_prepass::leave_to_user).add_systems(
             PostUpdate,
@@ -77,7 +76,7 @@ impl Plugin for VolumeDrawingPlugin {
                 // A volume is drawn in the frame in which it appears.
                 .before(VisibilitySystems::VisibilityPropagate),
         );
-        app.add_plugins(merging::MergingPlugin);
+        app.add_plugins((merging::MergingPlugin, shadows::VolumeShadowPlugin));
         let variants = variants::DrawnVariants::default();
         app.insert_resource(variants.clone());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -88,10 +87,8 @@ impl Plugin for VolumeDrawingPlugin {
             .init_gpu_resource::<phase::DrawnVolumes>()
             .init_gpu_resource::<motion_vectors::Motions>()
             .init_gpu_resource::<outline_colors::OutlineColors>()
-            .init_gpu_resource::<shadows::Shadows>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
-            .init_gpu_resource::<SpecializedRenderPipelines<shadows::ShadowPipeline>>()
             .init_gpu_resource::<SpecializedComputePipelines<outline_colors::OutlineColorPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
             .add_render_command::<Transparent3d, phase::DrawCutOffRays>()
@@ -102,7 +99,6 @@ impl Plugin for VolumeDrawingPlugin {
                     init_gpu_resource::<pipeline::DrawPipeline>,
                     init_gpu_resource::<motion_vectors::MotionPipeline>,
                     init_gpu_resource::<outline_colors::OutlineColorPipeline>,
-                    init_gpu_resource::<shadows::ShadowPipeline>,
                 )
                     .chain()
                     .after(MeshPipelineSystems)
@@ -113,7 +109,6 @@ impl Plugin for VolumeDrawingPlugin {
                 (
                     queue::queue_volumes.in_set(RenderSystems::Queue).after(RenderSystems::QueueMeshes),
                     variants::find_ready.in_set(RenderSystems::PrepareResources),
-                    shadows::prepare_shadows.in_set(RenderSystems::PrepareBindGroups),
                     (
                         phase::bind_volumes,
                         (motion_vectors::prepare_motions, outline_colors::prepare_outline_colors),
@@ -129,14 +124,6 @@ impl Plugin for VolumeDrawingPlugin {
                     .in_set(RenderGraphSystems::Render)
                     .after(OcclusionRenderSystems::Encode)
                     .before(camera_driver)
-                    .run_if(resource_exists::<DeviceSupport>),
-            )
-            .add_systems(
-                Core3d,
-                shadows::draw_shadows
-                    .after(per_view_shadow_pass::<LATE_SHADOW_PASS>)
-                    .after(shared_shadow_pass::<LATE_SHADOW_PASS>)
-                    .before(Core3dSystems::MainPass)
                     .run_if(resource_exists::<DeviceSupport>),
             )
             .add_systems(

@@ -45,6 +45,7 @@ pub(crate) use gpu::formats::Formats;
 pub(crate) use gpu::frame::ShadesViews;
 pub(crate) use gpu::kept_group::KeptGroup;
 pub(crate) use gpu::render_pipelines::variants_are_ready;
+pub(crate) use gpu::textures::TextureAndView;
 pub(crate) use gpu::uniforms::BuffersOf;
 pub use gpu::{
     compute_pass::{ComputePass, Groups, ListEnd, PassDescriptor},
@@ -65,7 +66,7 @@ pub use volumes::{
     kept::MethodResources,
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
-pub(crate) use windows::{VolumeInView, VolumeWindows, shows};
+pub(crate) use windows::{VolumeInView, VolumeWindow, VolumeWindows, shows};
 
 /// System sets of the passes, in the render world.
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]

@@ -169,6 +169,7 @@ impl Planning<'_, '_> {
             self.plan(volume, resources, &groups, (contents, looks_different), methods, plan);
         } else {
             // It is drawn meanwhile, without occlusion.
+            resources.state.revision = resources.state.revision.wrapping_add(1);
             plan.marches.extend(self.march(volume, &groups, &Stale::Everything));
         }
     }
@@ -198,6 +199,9 @@ impl Planning<'_, '_> {
         } else {
             Stale::by(&step, volume.footprint_mm(), &volume.geometry, optimizations)
         };
+        if !matches!(stale, Stale::Nothing) {
+            resources.state.revision = resources.state.revision.wrapping_add(1);
+        }
         if !volume.is_drawn_by_method() {
             plan.marches.extend(self.march(volume, groups, &stale));
         }

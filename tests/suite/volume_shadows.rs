@@ -2,6 +2,7 @@
 
 use bevy::{
     camera::visibility::RenderLayers,
+    diagnostic::{Diagnostic, DiagnosticPath},
     light::{
         CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster,
         NotShadowReceiver,
@@ -9,7 +10,7 @@ use bevy::{
     math::DVec3,
     prelude::*,
 };
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{diagnostics::SPAN_SHADOWS, prelude::*};
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::scene::{IMAGE, TestScene, volume_from};
@@ -172,4 +173,29 @@ fn a_volume_shades_itself_unless_it_receives_no_shadows() {
     let without = shaded(&mut floor);
     println!("{with} pixels are dark, without shadows {without}");
     assert!(with > without + 100, "{with} pixels are dark, without shadows {without}");
+}
+
+#[test]
+fn rays_of_lights_are_followed_once_the_light_or_the_volume_changed() {
+    let mut floor = Floor::new(slab(), opaque());
+    let path = DiagnosticPath::from_components(["render", SPAN_SHADOWS, "elapsed_cpu"]);
+    let latest = |floor: &mut Floor| {
+        // Spans arrive some frames later.
+        floor.scene.headless.frames(8);
+        let diagnostics = floor.scene.headless.diagnostics();
+        diagnostics.get(&path).and_then(Diagnostic::measurement).map(|latest| latest.time)
+    };
+    floor.light();
+    let first = latest(&mut floor);
+    assert!(first.is_some(), "the pass has run");
+    assert_eq!(latest(&mut floor), first, "the pass runs at rest");
+    let world = floor.scene.world();
+    let mut lights = world.query_filtered::<&mut Transform, With<DirectionalLight>>();
+    lights.single_mut(world).expect("a light").rotate_x(0.1);
+    let turned = latest(&mut floor);
+    assert_ne!(turned, first, "the pass runs when the light turns");
+    let carver = ClipMesh::default();
+    floor.scene.carve(Cuboid::new(8.0, 40.0, 8.0), carver, Transform::default());
+    floor.scene.settle();
+    assert_ne!(latest(&mut floor), turned, "the pass runs when the volume is carved");
 }

@@ -80,4 +80,6 @@ pub(crate) struct VolumeState {
     pub queue: Queue,
     /// Number of clippings so far.
     pub clippings: u32,
+    /// Tells apart what is seen of the volume: it changes with every change.
+    pub revision: u32,
 }

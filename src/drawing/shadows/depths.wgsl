@@ -1,11 +1,11 @@
-// Shadow of a volume in one of Bevy's shadow maps: the depth at which light is stopped (`stop`), along rays of the light.
+// Shadow of a volume: the depth at which light is stopped (`stop`), along the rays of a light's window onto the volume. It is
+// kept until the light or the volume changes. `maps.wgsl` puts it into one of Bevy's shadow maps.
 //
 // Matter that is translucent stops the light in some texels alone, by blue noise: so shadows, which are means over some
 // texels, are as dark as the matter is opaque. It stops the light at its far side, so that noise does not show on itself.
 // An isosurface that is drawn alone stops all light.
 
 #import bevy_contextual_ao::{
-    drawn_box::corner_of_box,
     marched_view::{MarchedView, ray_through},
     view_ray::{ViewRay, noise},
 }
@@ -20,16 +20,17 @@
 // Matter of this opacity stops all light: a shadow begins where its surface does.
 const DARK: f32 = 0.95;
 
+// A triangle that covers the window.
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let clip = corner_of_box(marched_view, index);
-    // A box that reaches beyond the near or the far plane is drawn whole.
-    return vec4(clip.xy, clamp(clip.z, 0.0, max(clip.w, 0.0)), clip.w);
+    return vec4(vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }
 
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 {
-    let ray = ray_through(marched_view, position.xy);
+    // The place in the shadow map.
+    let place = position.xy + vec2<f32>(marched_view.window.first);
+    let ray = ray_through(marched_view, place);
 #ifdef ISOSURFACE
     let hit = surface_hit(ray);
     let along_mm = hit.along_mm;
@@ -37,7 +38,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 
 #else
     let stop = stop_of(ray, begin_march(ray), DARK);
     let along_mm = stop.along_mm;
-    let is_there = stop.alpha > min(noise(position.xy), DARK - 0.01);
+    let is_there = stop.alpha > min(noise(place), DARK - 0.01);
 #endif
     if !is_there {
         discard;
