@@ -30,6 +30,8 @@ struct Pixel {
     alpha: f32,
     // End of the last slice that is seen: its distance from the ray's start.
     end_mm: f32,
+    // Mean distance of what is seen from the ray's start, times the opacity.
+    mean_mm: f32,
 #ifdef SCENE_LIGHTS
     // What counts in the opacity, and waits to be lit.
     unlit: UnlitPart,
@@ -38,9 +40,9 @@ struct Pixel {
 
 fn empty_pixel() -> Pixel {
 #ifdef SCENE_LIGHTS
-    return Pixel(vec3(0.0), 0.0, 0.0, NOTHING_UNLIT);
+    return Pixel(vec3(0.0), 0.0, 0.0, 0.0, NOTHING_UNLIT);
 #else
-    return Pixel(vec3(0.0), 0.0, 0.0);
+    return Pixel(vec3(0.0), 0.0, 0.0, 0.0);
 #endif
 }
 
@@ -76,6 +78,7 @@ fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: Vi
     var pixel = before;
     pixel.alpha += opacity;
     pixel.end_mm = end_mm;
+    pixel.mean_mm += opacity * along_mm;
 #ifdef SCENE_LIGHTS
     pixel.unlit = with_sample(pixel.unlit, opacity, base, along_mm, ambient, orientation_at(p, cut));
 #else
@@ -165,6 +168,7 @@ fn completed(pixel: Pixel) -> Pixel {
     if pixel.alpha >= OPAQUE {
         var whole = pixel;
         whole.color /= pixel.alpha;
+        whole.mean_mm /= pixel.alpha;
         whole.alpha = 1.0;
         return whole;
     }

@@ -1,9 +1,10 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
-//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`; before any view
-//! is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`.
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `pipeline`, `phase`, `depth`; before
+//! any view is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`.
 
 mod attach;
+mod depth;
 mod depth_prepass;
 mod motion_vectors;
 mod outline_colors;
@@ -53,6 +54,7 @@ impl Plugin for VolumeDrawingPlugin {
         load_shader_library!(app, "compositing.wgsl");
         load_shader_library!(app, "drawn_box.wgsl");
         load_shader_library!(app, "scene_lights.wgsl");
+        embedded_asset!(app, "depth.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "outline_colors.wgsl");
         embedded_asset!(app, "shadows.wgsl");
@@ -87,6 +89,7 @@ impl Plugin for VolumeDrawingPlugin {
             .init_gpu_resource::<outline_colors::OutlineColors>()
             .init_gpu_resource::<shadows::Shadows>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<depth::DepthPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<shadows::ShadowPipeline>>()
             .init_gpu_resource::<SpecializedComputePipelines<outline_colors::OutlineColorPipeline>>()
@@ -97,6 +100,7 @@ impl Plugin for VolumeDrawingPlugin {
                 RenderStartup,
                 (
                     init_gpu_resource::<pipeline::DrawPipeline>,
+                    init_gpu_resource::<depth::DepthPipeline>,
                     init_gpu_resource::<motion_vectors::MotionPipeline>,
                     init_gpu_resource::<outline_colors::OutlineColorPipeline>,
                     init_gpu_resource::<shadows::ShadowPipeline>,
@@ -108,7 +112,7 @@ impl Plugin for VolumeDrawingPlugin {
             .add_systems(
                 Render,
                 (
-                    phase::queue_volumes.in_set(RenderSystems::Queue),
+                    (phase::queue_volumes, depth::queue_depths).chain().in_set(RenderSystems::Queue),
                     variants::find_ready.in_set(RenderSystems::PrepareResources),
                     shadows::prepare_shadows.in_set(RenderSystems::PrepareBindGroups),
                     (

@@ -33,7 +33,7 @@ pub(super) const VIEW_BINDING: u32 = 12;
 pub(super) const OUTLINES: u32 = 13;
 
 /// Makes the pipelines.
-#[derive(Resource)]
+#[derive(Resource, Clone)]
 pub(super) struct DrawPipeline {
     meshes: MeshPipeline,
     shader: Handle<Shader>,
@@ -229,10 +229,14 @@ pub(super) fn box_primitive() -> PrimitiveState {
     PrimitiveState { topology: PrimitiveTopology::TriangleStrip, cull_mode: Some(Face::Front), ..default() }
 }
 
-impl SpecializedRenderPipeline for DrawPipeline {
-    type Key = DrawKey;
-
-    fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
+impl DrawPipeline {
+    /// A pipeline that draws boxes of volumes into a view of this kind. The shader tells depths.
+    pub fn describe(
+        &self,
+        view: MeshPipelineKey,
+        shader: &Handle<Shader>,
+        own_defs: impl IntoIterator<Item = ShaderDefVal>,
+    ) -> RenderPipelineDescriptor {
         let no_vertices = MeshVertexBufferLayout::new(Vec::new(), VertexBufferLayout::default());
         let no_vertices = MeshVertexBufferLayouts::default().insert(no_vertices);
         let key = view | MeshPipelineKey::BLEND_PREMULTIPLIED_ALPHA;
@@ -240,23 +244,34 @@ impl SpecializedRenderPipeline for DrawPipeline {
             Ok(descriptor) => descriptor,
             Err(error) => unreachable!("no vertex attribute is asked for: {error}"),
         };
-        descriptor.label = Some("contextual_ao_volume".into());
         descriptor.layout.truncate(VOLUME_BIND_GROUP);
         descriptor.layout.push(self.layout.clone());
         let mut defs = core::mem::take(&mut descriptor.vertex.shader_defs);
-        defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(variant.shader_defs()));
+        defs.extend(bind_group_defs(VOLUME_BIND_GROUP).into_iter().chain(own_defs));
         // Bevy's lights are in one module with what reads the bindings of its materials.
         defs.push(ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), MATERIAL_BIND_GROUP_INDEX as u32));
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader = self.shader.clone();
+            fragment.shader = shader.clone();
             fragment.shader_defs = defs.clone();
         }
-        descriptor.vertex = VertexState { shader: self.shader.clone(), shader_defs: defs, ..default() };
-        // Faces are drawn whatever is in front of them. The shader itself stops at opaque geometry.
+        descriptor.vertex = VertexState { shader: shader.clone(), shader_defs: defs, ..default() };
         descriptor.primitive = box_primitive();
-        if let Some(depth_stencil) = &mut descriptor.depth_stencil {
-            depth_stencil.depth_compare = Some(CompareFunction::Always);
-        }
+        descriptor
+    }
+}
+
+impl SpecializedRenderPipeline for DrawPipeline {
+    type Key = DrawKey;
+
+    fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
+        // Bevy itself has no premultiplied colours in its lists of transparent fragments.
+        let in_lists = view.contains(MeshPipelineKey::OIT_ENABLED).then_some("OIT_ENABLED");
+        let own = variant.shader_defs().chain(in_lists.map(ShaderDefVal::from));
+        let mut descriptor = self.describe(view, &self.shader, own);
+        descriptor.label = Some("contextual_ao_volume".into());
+        // The depth stays: that of a volume is drawn apart (`depth.rs`).
+        descriptor.depth_stencil =
+            Some(DepthStencilState { depth_write_enabled: Some(false), ..depth_of_shader() });
         descriptor
     }
 }

@@ -6,7 +6,7 @@
 
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
-    marched_view::{MarchedView, ray_through},
+    marched_view::{MarchedView, depth_of, ray_through},
     view_ray::{ViewRay, noise},
 }
 #ifdef ISOSURFACE
@@ -42,6 +42,5 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 
     if !is_there {
         discard;
     }
-    let clip = marched_view.clip_from_local * vec4(ray.near + along_mm * ray.direction, 1.0);
-    return saturate(clip.z / clip.w);
+    return depth_of(marched_view, ray, along_mm);
 }

@@ -198,7 +198,10 @@ impl Planning<'_, '_> {
         } else {
             Stale::by(&step, volume.footprint_mm(), &volume.geometry, optimizations)
         };
-        if !volume.is_drawn_by_method() {
+        if volume.is_drawn_by_method() {
+            // Depths and motion vectors follow its rays themselves.
+            self.runs.of_mut(volume.entity).plan_without(self.windows.onto(volume.entity), self.gpu);
+        } else {
             plan.marches.extend(self.march(volume, groups, &stale));
         }
         let mut kept = resources.kept.take();
