@@ -73,7 +73,7 @@ pub mod prelude {
         occlusion::{
             AmbientOcclusion, AmbientScale, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod,
             OcclusionRays, OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute,
-            Reconstruction, Sky, VolumeLighting, VolumeShading, VoxelOpacities,
+            Reconstruction, Sky, VolumeDepth, VolumeLighting, VolumeShading, VoxelOpacities,
         },
         volume::{
             ControlPoint, GradientPoint, GradientUnit, OcclusionReady, PointsAtGradient, Preset,

@@ -19,7 +19,9 @@ use bevy::{
         render_resource::{PollType, Texture, TextureFormat},
         renderer::{RenderAdapterInfo, RenderDevice},
         settings::WgpuSettings,
+        sync_world::RenderEntity,
         texture::GpuImage,
+        view::ViewDepthTexture,
     },
     window::ExitCondition,
     winit::WinitPlugin,
@@ -190,6 +192,18 @@ impl Headless {
         self.image()
             .chunks_exact(8)
             .map(|texel| [0, 1, 2].map(|channel| value(&texel[2 * channel..])))
+            .collect()
+    }
+
+    /// Depths of a camera's main pass, rows from top to bottom: 1 on the near plane, 0 infinitely far. Not with `Msaa`.
+    pub fn depths(&self, camera: Entity) -> Vec<f32> {
+        let world = self.render_world();
+        let view = self.app.world().get::<RenderEntity>(camera).map(|entity| entity.id());
+        let depth = view.and_then(|view| world.get::<ViewDepthTexture>(view)).expect("a frame has been run");
+        let bytes = read_texture(world, &depth.texture);
+        bytes
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
             .collect()
     }
 

@@ -33,6 +33,8 @@ struct Pixel {
     alpha: f32,
     // End of the last slice that is seen: its distance from the ray's start.
     end_mm: f32,
+    // Mean distance of what is seen from the ray's start, times the opacity.
+    mean_mm: f32,
 #ifdef MERGED
     // The part of the opacity that no other volume hides.
     visible: f32,
@@ -72,6 +74,7 @@ fn accumulate(before: Pixel, pair: SeenPair, along_mm: f32, end_mm: f32, ray: Vi
     var pixel = before;
     pixel.alpha += opacity;
     pixel.end_mm = end_mm;
+    pixel.mean_mm += opacity * along_mm;
     // What each slice adds, and the share of the second in it.
     var added = opacity;
     var share = pair.share;
@@ -211,6 +214,7 @@ fn completed(pixel: Pixel) -> Pixel {
 #ifdef MERGED
         whole.visible /= pixel.alpha;
 #endif
+        whole.mean_mm /= pixel.alpha;
         whole.alpha = 1.0;
         return whole;
     }

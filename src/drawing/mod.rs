@@ -1,9 +1,11 @@
 //! Step VI: drawing of volumes, each as a box among the transparent objects of a view.
 //!
-//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `queue`, `pipeline`, `phase`; before any
-//! view is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`. Volumes that share space: `merging`.
+//! Main world: `attach` (the box that views show or not), `depth_prepass`. Render world: `queue`, `pipeline`, `phase`, `depth`;
+//! before any view is drawn, `outline_colors`; before a view, `shadows`; behind it, `motion_vectors`. Volumes that share space:
+//! `merging`.
 
 mod attach;
+mod depth;
 mod depth_prepass;
 mod merging;
 mod motion_vectors;
@@ -55,6 +57,7 @@ impl Plugin for VolumeDrawingPlugin {
         load_shader_library!(app, "compositing.wgsl");
         load_shader_library!(app, "drawn_box.wgsl");
         load_shader_library!(app, "scene_lights.wgsl");
+        embedded_asset!(app, "depth.wgsl");
         embedded_asset!(app, "motion_vectors.wgsl");
         embedded_asset!(app, "outline_colors.wgsl");
         embedded_asset!(app, "volume.wgsl");
@@ -88,6 +91,7 @@ impl Plugin for VolumeDrawingPlugin {
             .init_gpu_resource::<motion_vectors::Motions>()
             .init_gpu_resource::<outline_colors::OutlineColors>()
             .init_gpu_resource::<SpecializedRenderPipelines<pipeline::DrawPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<depth::DepthPipeline>>()
             .init_gpu_resource::<SpecializedRenderPipelines<motion_vectors::MotionPipeline>>()
             .init_gpu_resource::<SpecializedComputePipelines<outline_colors::OutlineColorPipeline>>()
             .add_render_command::<Transparent3d, phase::DrawVolume>()
@@ -97,6 +101,7 @@ impl Plugin for VolumeDrawingPlugin {
                 RenderStartup,
                 (
                     init_gpu_resource::<pipeline::DrawPipeline>,
+                    init_gpu_resource::<depth::DepthPipeline>,
                     init_gpu_resource::<motion_vectors::MotionPipeline>,
                     init_gpu_resource::<outline_colors::OutlineColorPipeline>,
                 )

@@ -4,11 +4,9 @@
 
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
-    marched_view::{MarchedView, ray_through},
-    next_run::march_before,
-    runs::{THEN_END, slices_of},
+    marched_view::{MarchedView, depth_of, ray_through},
     seen::first_run,
-    stop::stop_of,
+    stop::stop_behind_first_run,
 }
 
 // Volume space (mm) → clip space without the projection's jitter: in this frame, and in the previous one. A fourth uniform
@@ -37,17 +35,11 @@ fn place_of(clip: vec4<f32>) -> vec2<f32> {
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     let ray = ray_through(marched_view, position.xy);
-    // What the march found in front of the first run is empty. Without runs, the ray is followed from its start.
-    let first = first_run(marched_view, vec2<u32>(position.xy));
-    var march = march_before(ray, first);
-    // An empty ray is not followed.
-    march.count = select(0u, march.count, slices_of(first) > 0u || first.then != THEN_END);
-    let stop = stop_of(ray, march, HALF);
+    let stop = stop_behind_first_run(ray, first_run(marched_view, vec2<u32>(position.xy)), HALF);
     if stop.alpha < HALF {
         discard;
     }
     let point = vec4(ray.near + stop.along_mm * ray.direction, 1.0);
-    let clip = marched_view.clip_from_local * point;
     let motion = place_of(clip_from_local[0] * point) - place_of(clip_from_local[1] * point);
-    return FragmentOutput(motion, clip.z / clip.w);
+    return FragmentOutput(motion, depth_of(marched_view, ray, stop.along_mm));
 }

@@ -263,16 +263,8 @@ pub(super) fn box_primitive() -> PrimitiveState {
     PrimitiveState { topology: PrimitiveTopology::TriangleStrip, cull_mode: Some(Face::Front), ..default() }
 }
 
-impl SpecializedRenderPipeline for DrawPipeline {
-    type Key = DrawKey;
-
-    fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
-        self.describe("contextual_ao_volume", &self.shader, view, variant.shader_defs())
-    }
-}
-
 impl DrawPipeline {
-    /// A pipeline that draws the box of a volume into a view, with the bindings of both.
+    /// A pipeline that draws the box of a volume into a view, with the bindings of both. The shader tells depths, or none count.
     pub fn describe(
         &self,
         label: &'static str,
@@ -299,11 +291,22 @@ impl DrawPipeline {
             fragment.shader_defs = defs.clone();
         }
         descriptor.vertex = VertexState { shader: shader.clone(), shader_defs: defs, ..default() };
-        // Faces are drawn whatever is in front of them. The shader itself stops at opaque geometry.
         descriptor.primitive = box_primitive();
-        if let Some(depth_stencil) = &mut descriptor.depth_stencil {
-            depth_stencil.depth_compare = Some(CompareFunction::Always);
-        }
+        descriptor
+    }
+}
+
+impl SpecializedRenderPipeline for DrawPipeline {
+    type Key = DrawKey;
+
+    fn specialize(&self, (view, variant): DrawKey) -> RenderPipelineDescriptor {
+        // Bevy itself has no premultiplied colours in its lists of transparent fragments.
+        let in_lists = view.contains(MeshPipelineKey::OIT_ENABLED).then_some("OIT_ENABLED");
+        let own = variant.shader_defs().chain(in_lists.map(ShaderDefVal::from));
+        let mut descriptor = self.describe("contextual_ao_volume", &self.shader, view, own);
+        // The depth stays: that of a volume is drawn apart (`depth.rs`).
+        descriptor.depth_stencil =
+            Some(DepthStencilState { depth_write_enabled: Some(false), ..depth_of_shader() });
         descriptor
     }
 }

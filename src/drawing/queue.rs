@@ -3,6 +3,7 @@
 
 use bevy::{
     core_pipeline::core_3d::{Transparent3d, TransparentSortingInfo3d},
+    ecs::system::SystemParam,
     pbr::{MeshPipelineKey, ViewKeyCache},
     prelude::*,
     render::{
@@ -17,13 +18,14 @@ use bevy::{
 use core::ops::Range;
 
 use super::{
+    depth::DepthPipeline,
     merging::{
         MergedDraws, MergedPipelines, MergingPipelines, Part, Translucents, WorldBox, groups_of, parts_of,
     },
     phase::{DrawCutOffRays, DrawFarSamples, DrawVolume},
     pipeline::{DrawPipeline, DrawVariant},
 };
-use crate::render::{ExtractedScene, ExtractedVolume, MethodPipelines, shows};
+use crate::render::{ExtractedScene, ExtractedVolume, MarchVariant, MethodPipelines, shows};
 
 /// Draw functions of volumes.
 struct Functions {
@@ -39,15 +41,29 @@ struct Shown<'a> {
     by: MainEntity,
     world_box: WorldBox,
     variant: DrawVariant,
+    /// How its depth is drawn, if it has one.
+    depth: Option<CachedRenderPipelineId>,
 }
 
 /// The transparent objects of a view.
 struct Queue<'a> {
     view: &'a ExtractedView,
+    key: MeshPipelineKey,
     phase: &'a mut SortedRenderPhase<Transparent3d>,
     functions: &'a Functions,
     /// Number of the next item.
     number: u32,
+}
+
+/// Pipelines that draw volumes.
+#[derive(SystemParam)]
+pub(super) struct Pipelines<'w> {
+    base: Res<'w, DrawPipeline>,
+    drawn: ResMut<'w, SpecializedRenderPipelines<DrawPipeline>>,
+    depth_base: Res<'w, DepthPipeline>,
+    depths: ResMut<'w, SpecializedRenderPipelines<DepthPipeline>>,
+    merging: MergingPipelines<'w>,
+    cache: Res<'w, PipelineCache>,
 }
 
 /// Adds volumes to the transparent objects of the views that show them.
@@ -55,10 +71,7 @@ pub(super) fn queue_volumes(
     scene: Res<ExtractedScene>,
     methods: Res<MethodPipelines>,
     functions: Res<DrawFunctions<Transparent3d>>,
-    base: Res<DrawPipeline>,
-    mut pipelines: ResMut<SpecializedRenderPipelines<DrawPipeline>>,
-    mut merging: MergingPipelines,
-    cache: Res<PipelineCache>,
+    mut pipelines: Pipelines,
     (keys, translucents): (Res<ViewKeyCache>, Res<Translucents>),
     views: Query<(Entity, &ExtractedView, &RenderVisibleEntities)>,
     mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
@@ -76,54 +89,75 @@ pub(super) fn queue_volumes(
         let (Some(phase), Some(key)) = (phases.get_mut(id), keys.get(id)) else {
             continue;
         };
-        let shown: Vec<_> =
-            scene.volumes.iter().filter_map(|volume| shown(volume, visible, &methods)).collect();
-        let mut queue = Queue { view, phase, functions: &functions, number: u32::MAX };
+        let mut queue = Queue { view, key: *key, phase, functions: &functions, number: u32::MAX };
         let meshes = queue.meshes(&translucents);
+        let shown = scene.volumes.iter().filter_map(|volume| pipelines.shown(volume, visible, *key));
+        // Some methods draw volumes themselves.
+        let (by_methods, shown): (Vec<_>, Vec<_>) = shown.partition(|shown| {
+            shown.volume.is_drawn_by_method() && methods.are_there_for(&shown.volume.occlusion.method)
+        });
+        by_methods.iter().for_each(|shown| queue.add_depth(shown, shown.center()));
         let boxes: Vec<_> = shown.iter().map(|shown| shown.world_box).collect();
         for group in groups_of(&boxes) {
             let mut members: Vec<_> = group.into_iter().map(|index| &shown[index]).collect();
             members.sort_by(|a, b| queue.depth_of(b.center()).total_cmp(&queue.depth_of(a.center())));
             let parts = queue.parts_of(&members, &meshes);
+            let are_apart = members.len() == 1 && parts.len() == 1;
             // Volumes that do not meet yet may do so.
-            let mut together = None;
-            if shown.len() > 1 || parts.len() > 1 {
-                let of = |shown: &&Shown| merging.of(*key, shown.variant, (&base, &mut pipelines), &cache);
-                let all: Vec<Option<MergedPipelines>> = members.iter().map(of).collect();
-                together = all.into_iter().collect::<Option<Vec<_>>>();
-            }
-            match together {
-                Some(together) if members.len() > 1 || parts.len() > 1 => {
+            let may_meet = !are_apart || shown.len() > 1;
+            let together = if may_meet { pipelines.together(&members, *key) } else { None };
+            match together.filter(|_| !are_apart) {
+                Some(together) => {
                     let volumes = members.iter().map(|shown| shown.volume.entity).collect();
-                    let index = merged.add_group(view_entity, volumes);
-                    queue.add_merged(&members, &together, &parts, |member, part| {
-                        merged.add_draw(index, member, part)
-                    });
+                    let group = merged.add_group(view_entity, volumes);
+                    let record = |member, part| merged.add_draw(group, member, part);
+                    queue.add_merged(&members, &together, &parts, record);
                 }
-                _ => members.iter().for_each(|shown| {
-                    let specialize = |variant| pipelines.specialize(&cache, &base, (*key, variant));
-                    queue.add_alone(shown, *key, specialize);
-                }),
+                None => members.iter().for_each(|shown| queue.add_alone(shown, &mut pipelines)),
             }
         }
     }
 }
 
-/// The volume as a view shows it. Some methods draw volumes themselves.
-fn shown<'a>(
-    volume: &'a ExtractedVolume,
-    visible: &RenderVisibleEntities,
-    methods: &MethodPipelines,
-) -> Option<Shown<'a>> {
-    let by = volume.drawn_on.filter(|drawn_on| volume.is_placed && shows(visible, *drawn_on))?;
-    if volume.is_drawn_by_method() && methods.are_there_for(&volume.occlusion.method) {
-        return None;
+impl Pipelines<'_> {
+    /// The volume as a view shows it.
+    fn shown<'a>(
+        &mut self,
+        volume: &'a ExtractedVolume,
+        visible: &RenderVisibleEntities,
+        view: MeshPipelineKey,
+    ) -> Option<Shown<'a>> {
+        let by = volume.drawn_on.filter(|drawn_on| volume.is_placed && shows(visible, *drawn_on))?;
+        let texture_from_voxel = volume.geometry.texture_from_voxel();
+        let local_from_texture = volume.geometry.local_from_voxel * texture_from_voxel.inverse();
+        let depth = volume.depth_opacity.map(|_| {
+            let key = (view, MarchVariant::of(volume), volume.draws_surface());
+            self.depths.specialize(&self.cache, &self.depth_base, key)
+        });
+        Some(Shown {
+            volume,
+            by,
+            world_box: WorldBox(volume.world_from_local * local_from_texture.as_affine3a()),
+            variant: DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient),
+            depth,
+        })
     }
-    let texture_from_voxel = volume.geometry.texture_from_voxel();
-    let local_from_texture = volume.geometry.local_from_voxel * texture_from_voxel.inverse();
-    let world_box = WorldBox(volume.world_from_local * local_from_texture.as_affine3a());
-    let variant = DrawVariant::of(&volume.occlusion, &volume.shading, volume.by_gradient);
-    Some(Shown { volume, by, world_box, variant })
+
+    fn of(&mut self, view: MeshPipelineKey, variant: DrawVariant) -> CachedRenderPipelineId {
+        self.drawn.specialize(&self.cache, &self.base, (view, variant))
+    }
+
+    /// Pipelines of volumes that share space. `None` until all are compiled, and where Bevy sorts fragments: their lists hold
+    /// no part of a volume that others hide.
+    fn together(&mut self, members: &[&Shown], view: MeshPipelineKey) -> Option<Vec<MergedPipelines>> {
+        if view.contains(MeshPipelineKey::OIT_ENABLED) {
+            return None;
+        }
+        let Self { base, drawn, merging, cache, .. } = self;
+        let of = |shown: &&Shown| merging.of(view, shown.variant, (base, drawn), cache);
+        let all: Vec<Option<MergedPipelines>> = members.iter().map(of).collect();
+        all.into_iter().collect()
+    }
 }
 
 impl Shown<'_> {
@@ -188,20 +222,26 @@ impl Queue<'_> {
     }
 
     /// Draws a volume that shares no space.
-    fn add_alone(
-        &mut self,
-        shown: &Shown,
-        view: MeshPipelineKey,
-        mut specialize: impl FnMut(DrawVariant) -> CachedRenderPipelineId,
-    ) {
+    fn add_alone(&mut self, shown: &Shown, pipelines: &mut Pipelines) {
         let Functions { volume, cut_off_rays, far_samples } = *self.functions;
         let variant = shown.variant;
-        let others = [(variant.of_the_others(), cut_off_rays), (variant.of_far_samples(view), far_samples)];
-        self.add(shown, shown.center(), specialize(variant), volume, 0..1);
-        for (variant, function) in others {
+        let draws = [
+            (Some(variant), volume),
+            (variant.of_the_others(), cut_off_rays),
+            (variant.of_far_samples(self.key), far_samples),
+        ];
+        for (variant, function) in draws {
             if let Some(variant) = variant {
-                self.add(shown, shown.center(), specialize(variant), function, 0..1);
+                self.add(shown, shown.center(), pipelines.of(self.key, variant), function, 0..1);
             }
+        }
+        self.add_depth(shown, shown.center());
+    }
+
+    /// Draws the depth of a volume that has one, behind its colours.
+    fn add_depth(&mut self, shown: &Shown, sorted_at: Vec3) {
+        if let Some(pipeline) = shown.depth {
+            self.add(shown, sorted_at, pipeline, self.functions.volume, 0..1);
         }
     }
 
@@ -214,10 +254,11 @@ impl Queue<'_> {
         mut record: impl FnMut(usize, Part) -> u32,
     ) {
         let Functions { volume, far_samples, .. } = *self.functions;
+        // A point at a depth.
+        let (eye, forward) = (self.view.world_from_view.translation(), self.view.world_from_view.forward());
+        let place_at = |depth: f32| eye + depth * forward;
         for part in parts {
-            // A point at the part's depth.
-            let place = self.view.world_from_view.translation()
-                + part.sorted_depth * self.view.world_from_view.forward();
+            let place = place_at(part.sorted_depth);
             let records: Vec<_> = (0..members.len()).map(|member| record(member, *part)).collect();
             let each = || members.iter().zip(pipelines).zip(&records);
             if members.len() > 1 {
@@ -231,6 +272,9 @@ impl Queue<'_> {
                     self.add(shown, place, far, far_samples, *record..record + 1);
                 }
             }
+        }
+        if let Some(nearest) = parts.last() {
+            members.iter().for_each(|shown| self.add_depth(shown, place_at(nearest.sorted_depth)));
         }
     }
 }

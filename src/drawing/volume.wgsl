@@ -6,6 +6,9 @@
 // outlines of the volume have the mean of several rays (`outline_colors.wgsl`). Fog is that at the end of what is seen.
 //
 // Of volumes that share space, and between translucent meshes, a part of each ray is drawn (`merged`).
+//
+// What is opaque does not hide nearer things of the main pass that the prepass lacks, such as gizmos and other volumes. Where
+// a view sorts transparent fragments (OIT_ENABLED), a pixel's is one of them, at the mean place of what is seen.
 
 #import bevy_pbr::{
     mesh_view_bindings::view,
@@ -19,6 +22,13 @@
 #endif
 #ifdef TONEMAP_IN_SHADER
 #import bevy_core_pipeline::tonemapping::tone_mapping
+#ifdef DEBAND_DITHER
+#import bevy_core_pipeline::tonemapping::screen_space_dither
+#import bevy_render::maths::powsafe
+#endif
+#endif
+#ifdef OIT_ENABLED
+#import bevy_core_pipeline::oit::oit_draw
 #endif
 #ifdef DISTANCE_FOG
 #import bevy_pbr::{mesh_view_bindings::fog, pbr_functions::apply_fog}
@@ -44,7 +54,7 @@
     compositing::{Pixel, completed, empty_pixel, pixel_of_ray, visible_of},
     drawn_box::corner_of_box,
     marched_view::{
-        MarchedView, NOT_LISTED, NO_COLOR, OUTLINE_RUN, listed_pixels, outline_offset, outline_rays, ray_through, word_of_color,
+        MarchedView, NOT_LISTED, NO_COLOR, OUTLINE_RUN, depth_of, listed_pixels, outline_offset, outline_rays, ray_through, word_of_color,
         word_of_slot,
     },
     runs::{no_run, unpack_run},
@@ -89,6 +99,7 @@ fn pixel_of_rays(own: ViewRay, pixel: vec2<u32>, slot: u32) -> Pixel {
         seen.visible += one.visible / f32(count);
 #endif
         seen.end_mm = max(seen.end_mm, one.end_mm);
+        seen.mean_mm += one.mean_mm / f32(count);
     }
     return seen;
 }
@@ -104,6 +115,7 @@ fn pixel_of_outline(slot: u32) -> Pixel {
         seen.color = vec3(red_green, blue_alpha.x);
         seen.alpha = blue_alpha.y;
         seen.end_mm = bitcast<f32>(outlines[word + 2u]);
+        seen.mean_mm = seen.alpha * seen.end_mm;
     }
     return seen;
 }
@@ -178,6 +190,7 @@ fn samples_of_pixel(ray: ViewRay, position: vec4<f32>) -> Samples {
 
 struct FragmentOutput {
     @location(0) color: vec4<f32>,
+    @builtin(frag_depth) depth: f32,
 #ifdef MULTISAMPLED
     @builtin(sample_mask) samples: u32,
 #endif
@@ -212,6 +225,7 @@ fn fragment(vertex: Vertex) -> FragmentOutput {
     added *= f32(hit.along_mm > along_of_depth(ray, part.begin_depth)) * transmittance_of_others(ray, hit.along_mm);
     pixel.visible = added;
 #endif
+    pixel.mean_mm = hit.alpha * hit.along_mm;
 #ifdef SCENE_LIGHTS
     let orientation = orientation_at(hit.p, NO_CUT);
     pixel.color = light_of(with_sample(NOTHING_UNLIT, added, hit.color, hit.along_mm, ambient, orientation), ray);
@@ -254,6 +268,8 @@ fn fragment(vertex: Vertex) -> FragmentOutput {
     if visible <= 0.0 {
         discard;
     }
+    // Rounding must not put what is seen behind the mesh that ends the ray.
+    let depth = depth_of(marched_view, ray, pixel.mean_mm / pixel.alpha - volume.draw_step_mm);
 #ifdef MERGED
     // What is behind is dimmed already.
     pixel.alpha = select(pixel.alpha, 0.0, part.is_shared);
@@ -264,12 +280,25 @@ fn fragment(vertex: Vertex) -> FragmentOutput {
     pixel.color = fogged.rgb * visible;
 #endif
 #ifdef TONEMAP_IN_SHADER
-    let mapped = tone_mapping(vec4(pixel.color / visible, 1.0), view.color_grading).rgb;
+    var mapped = tone_mapping(vec4(pixel.color / visible, 1.0), view.color_grading).rgb;
+    // Unmapped colours are shown as they are.
+#ifdef DEBAND_DITHER
+#ifndef TONEMAP_METHOD_NONE
+    mapped = powsafe(powsafe(mapped, 1.0 / 2.2) + screen_space_dither(position.xy), 2.2);
+#endif
+#endif
     pixel.color = mapped * visible;
 #endif
+#ifdef OIT_ENABLED
+    oit_draw(vec4(position.xy, depth, position.w), vec4(pixel.color / pixel.alpha, pixel.alpha));
+    // The list's colours are drawn behind all transparent objects.
+    discard;
+#endif
+    // What is translucent has no depth: it is in front of all.
+    let tested_depth = select(1.0, depth, pixel.alpha >= 1.0);
 #ifdef MULTISAMPLED
-    return FragmentOutput(vec4(pixel.color, pixel.alpha), samples.mask);
+    return FragmentOutput(vec4(pixel.color, pixel.alpha), tested_depth, samples.mask);
 #else
-    return FragmentOutput(vec4(pixel.color, pixel.alpha));
+    return FragmentOutput(vec4(pixel.color, pixel.alpha), tested_depth);
 #endif
 }

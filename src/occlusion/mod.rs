@@ -33,6 +33,7 @@ mod sweeping;
 mod texels;
 #[cfg(feature = "other_methods")]
 mod turned_grid;
+mod volume_depth;
 
 use bevy::{camera::CameraUpdateSystems, ecs::component::RequiredComponentsError, prelude::*};
 
@@ -65,6 +66,7 @@ pub use sweeping::{GeometryTerm, OcclusionSweeping, SweepDistancesAlone, Sweepin
 pub use texels::OcclusionTexels;
 #[cfg(feature = "other_methods")]
 pub(crate) use turned_grid::TurnedGrid;
+pub use volume_depth::VolumeDepth;
 
 use crate::{clip::ClipSystems, volume::Volume3d};
 
@@ -84,6 +86,7 @@ impl Plugin for OcclusionPlugin {
             .register_type::<CastBudget>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>()
+            .register_type::<VolumeDepth>()
             .register_type::<MotionQuality>()
             .add_systems(
                 PostUpdate,

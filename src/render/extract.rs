@@ -16,7 +16,7 @@ use crate::{
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
         AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, OcclusionTexels,
-        Optimizations, Recompute, ShownOcclusion, VolumeShading,
+        Optimizations, Recompute, ShownOcclusion, VolumeDepth, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -63,6 +63,8 @@ pub(crate) struct ExtractedVolume {
     pub layers: RenderLayers,
     pub casts_shadows: bool,
     pub receives_shadows: bool,
+    /// Opacity up to the point whose depth is written, if any is.
+    pub depth_opacity: Option<f32>,
 }
 
 /// Distances at which a carver acts on voxels, as radii of balls in the world.
@@ -161,7 +163,7 @@ pub(crate) fn extract_scene(
             Entity,
             &LookupTable,
             (&FittedOcclusion, &ShownOcclusion),
-            (&VolumeShading, Option<&MotionSampling>),
+            (&VolumeShading, Option<&MotionSampling>, Option<&VolumeDepth>),
             &GlobalTransform,
             Option<&VolumeBox>,
             (&InheritedVisibility, Option<&RenderLayers>, Has<NotShadowCaster>, Has<NotShadowReceiver>),
@@ -206,7 +208,7 @@ pub(crate) fn extract_scene(
     extracted.extend(volumes.iter().map(
         |(entity, table, (wanted, shown), shading, transform, drawn_on, shadows)| {
             let occlusion = &shown.fitted;
-            let (shading, in_motion) = shading;
+            let (shading, in_motion, depth) = shading;
             let step_voxels = in_motion.and_then(MotionSampling::step_voxels).unwrap_or(shading.step_voxels);
             let (visibility, layers, casts_none, receives_none) = shadows;
             let uses_occlusion = shading.ambient_occlusion && occlusion.has_occlusion();
@@ -234,6 +236,7 @@ pub(crate) fn extract_scene(
                 layers: layers.cloned().unwrap_or_default(),
                 casts_shadows: visibility.get() && !casts_none,
                 receives_shadows: !receives_none,
+                depth_opacity: depth.map(|depth| depth.stopping_opacity()),
             }
         },
     ));

@@ -202,7 +202,10 @@ impl Planning<'_, '_> {
         if !matches!(stale, Stale::Nothing) {
             resources.state.revision = resources.state.revision.wrapping_add(1);
         }
-        if !volume.is_drawn_by_method() {
+        if volume.is_drawn_by_method() {
+            // Depths and motion vectors follow its rays themselves.
+            self.runs.of_mut(volume.entity).plan_without(self.windows.onto(volume.entity), self.gpu);
+        } else {
             plan.marches.extend(self.march(volume, groups, &stale));
         }
         let mut kept = resources.kept.take();

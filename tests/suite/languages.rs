@@ -3,7 +3,9 @@
 
 use bevy::{
     asset::AssetId,
-    core_pipeline::{prepass::MotionVectorPrepass, tonemapping::Tonemapping},
+    core_pipeline::{
+        oit::OrderIndependentTransparencySettings, prepass::MotionVectorPrepass, tonemapping::Tonemapping,
+    },
     math::DVec3,
     prelude::*,
     render::{
@@ -116,6 +118,11 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     scene.settle();
     let (camera, volume) = (scene.camera(), scene.volume);
     scene.world().entity_mut(camera).insert(MotionVectorPrepass);
+    scene.world().entity_mut(volume).insert(VolumeDepth::default());
+    // Views that sort transparent fragments have one sample.
+    scene.world().entity_mut(camera).insert(OrderIndependentTransparencySettings::default());
+    scene.headless.frames(3);
+    scene.world().entity_mut(camera).remove::<OrderIndependentTransparencySettings>();
     for tonemapping in [Tonemapping::Reinhard, Tonemapping::TonyMcMapface, Tonemapping::None] {
         scene.world().entity_mut(camera).insert(tonemapping);
         let blur = if tonemapping == Tonemapping::None { ScreenSpaceBlur::None } else { default() };
@@ -136,6 +143,7 @@ fn shaders_that_draw_are_written_for_metal_and_direct3d() {
     let others = [
         ("directional/composite.wgsl", 3),
         ("screen_space/darken.wgsl", 2),
+        ("drawing/depth.wgsl", 1),
         ("drawing/motion_vectors.wgsl", 1),
     ];
     for (file, least) in others {

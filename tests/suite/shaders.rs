@@ -1,7 +1,8 @@
 //! Every variant of every compute shader composes, validates, and is written for other devices, without a device.
 //! This includes variants that the device at hand would not use. `drawing` draws the variants of `drawing/volume.wgsl`,
-//! `outlines` those of `drawing/outline_colors.wgsl`, `antialiasing` those of `drawing/motion_vectors.wgsl`. `directional` draws
-//! those of `directional/composite.wgsl`, which imports Bevy's shaders. `languages` writes them all.
+//! `outlines` those of `drawing/outline_colors.wgsl`, `depth` those of `drawing/depth.wgsl`, `antialiasing` those of
+//! `drawing/motion_vectors.wgsl`. `directional` draws those of `directional/composite.wgsl`, which imports Bevy's shaders.
+//! `languages` writes them all.
 
 use naga::{Binding, BuiltIn};
 use naga_oil::compose::{

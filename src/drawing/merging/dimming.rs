@@ -4,10 +4,12 @@ use bevy::{
     asset::load_embedded_asset,
     pbr::MeshPipelineKey,
     prelude::*,
-    render::render_resource::{RenderPipelineDescriptor, SpecializedRenderPipeline},
+    render::render_resource::{
+        CompareFunction, DepthStencilState, RenderPipelineDescriptor, SpecializedRenderPipeline,
+    },
 };
 
-use crate::drawing::pipeline::DrawPipeline;
+use crate::drawing::pipeline::{DrawPipeline, depth_of_shader};
 
 /// Makes the pipelines, one for each kind of view.
 #[derive(Resource)]
@@ -29,6 +31,13 @@ impl SpecializedRenderPipeline for DimmingPipeline {
     type Key = MeshPipelineKey;
 
     fn specialize(&self, view: MeshPipelineKey) -> RenderPipelineDescriptor {
-        self.drawing.describe("contextual_ao_dimming", &self.shader, view, [])
+        let mut descriptor = self.drawing.describe("contextual_ao_dimming", &self.shader, view, []);
+        // Faces are drawn whatever is in front of them. The shader itself ends at opaque geometry.
+        descriptor.depth_stencil = Some(DepthStencilState {
+            depth_write_enabled: Some(false),
+            depth_compare: Some(CompareFunction::Always),
+            ..depth_of_shader()
+        });
+        descriptor
     }
 }

@@ -6,7 +6,7 @@
 // An isosurface that is drawn alone stops all light.
 
 #import bevy_contextual_ao::{
-    marched_view::{MarchedView, ray_through},
+    marched_view::{MarchedView, depth_of, ray_through},
     view_ray::{ViewRay, noise},
 }
 #ifdef ISOSURFACE
@@ -43,6 +43,5 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 
     if !is_there {
         discard;
     }
-    let clip = marched_view.clip_from_local * vec4(ray.near + along_mm * ray.direction, 1.0);
-    return saturate(clip.z / clip.w);
+    return depth_of(marched_view, ray, along_mm);
 }

@@ -45,6 +45,12 @@ fn ray_through(view: MarchedView, place: vec2<f32>) -> ViewRay {
     return view_ray(place, view.window, view.noise_shift);
 }
 
+// Depth of the point of a ray, as depth textures have it. Points beyond the near or the far plane have theirs.
+fn depth_of(view: MarchedView, ray: ViewRay, along_mm: f32) -> f32 {
+    let clip = view.clip_from_local * vec4(ray.near + along_mm * ray.direction, 1.0);
+    return saturate(clip.z / clip.w);
+}
+
 fn has_flag(view: MarchedView, flag: u32) -> bool {
     return (view.flags & flag) != 0u;
 }

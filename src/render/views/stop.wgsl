@@ -1,10 +1,10 @@
 // The point of a view ray up to which a share of its light is stopped. It has a depth, where a volume as a whole has none:
-// for motion vectors and for shadow maps.
+// for depths, motion vectors and shadow maps.
 
 #define_import_path bevy_contextual_ao::stop
 
 #import bevy_contextual_ao::{
-    next_run::{March, next_run},
+    next_run::{March, march_before, next_run},
     runs::{Run, THEN_END, slice_of_run, slices_of},
     view_ray::ViewRay,
 }
@@ -31,4 +31,13 @@ fn stop_of(ray: ViewRay, from_here: March, most_alpha: f32) -> Stop {
     }
     let slice = slice_of_run(ray, last, max(slices_of(last), 1u) - 1u);
     return Stop(0.5 * (slice.begin_mm + slice.end_mm), march.alpha);
+}
+
+// The same for the ray of a pixel, whose first run is known: what the march found in front of it is empty. A ray whose runs
+// found no room is followed from its start.
+fn stop_behind_first_run(ray: ViewRay, first: Run, most_alpha: f32) -> Stop {
+    var march = march_before(ray, first);
+    // An empty ray is not followed.
+    march.count = select(0u, march.count, slices_of(first) > 0u || first.then != THEN_END);
+    return stop_of(ray, march, most_alpha);
 }

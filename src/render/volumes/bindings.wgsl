@@ -72,6 +72,8 @@ struct VolumeUniform {
     reflectance: f32,
     // 1: meshes and volumes cast shadows onto the volume.
     receives_shadows: u32,
+    // Opacity up to the point whose depth is written.
+    depth_opacity: f32,
 }
 
 struct Carver {

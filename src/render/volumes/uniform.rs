@@ -58,6 +58,7 @@ pub(crate) struct VolumeUniform {
     perceptual_roughness: f32,
     reflectance: f32,
     receives_shadows: u32,
+    depth_opacity: f32,
 }
 
 impl VolumeUniform {
@@ -153,6 +154,7 @@ impl VolumeUniform {
             perceptual_roughness,
             reflectance,
             receives_shadows: volume.receives_shadows.into(),
+            depth_opacity: volume.depth_opacity.unwrap_or_default(),
         }
     }
 }
