@@ -4,7 +4,9 @@ use bevy::{asset::AssetPath, prelude::*};
 use bevy_contextual_ao::{
     prelude::*,
     volume::{
-        Intensities, TransferFunctionLoader, VolumeReadSettings, phantom::head_phantom, read_volume_file,
+        Intensities, TransferFunctionLoader, VolumeReadSettings,
+        phantom::{brain_mask, head_phantom},
+        read_volume_file,
     },
 };
 use std::{
@@ -13,7 +15,7 @@ use std::{
 };
 
 use crate::{
-    headless::{Headless, project_folder},
+    headless::{Headless, project_folder, voxel_at},
     scene::IMAGE,
 };
 
@@ -168,6 +170,18 @@ fn the_demo_asset_is_what_the_generator_makes() {
                 UVec3::new(k as u32 % phantom.dimensions.x, k as u32 / phantom.dimensions.x, z as u32);
             assert_eq!(volume.value_at(voxel), Some(*expected as f64), "{voxel}");
         }
+    }
+    let brain = read_volume_file(&assets.join("head_phantom_brain.nrrd")).expect("the mask of its brain");
+    assert_eq!(
+        (brain.dimensions(), brain.grid_to_patient()),
+        (volume.dimensions(), volume.grid_to_patient())
+    );
+    for (index, expected) in (0..).zip(brain_mask(160)).step_by(7) {
+        assert_eq!(
+            brain.value_at(voxel_at(index, brain.dimensions())),
+            Some(expected.into()),
+            "voxel {index}"
+        );
     }
     let text =
         std::fs::read_to_string(assets.join("head_phantom.tf.ron")).expect("the demo transfer function");
