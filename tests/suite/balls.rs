@@ -19,15 +19,16 @@ pub const STEP_MM: f64 = 0.25;
 /// Linear.
 pub const BALL: DVec3 = DVec3::new(0.6, 0.3, 0.1);
 pub const SHEET: DVec3 = DVec3::new(0.05, 0.5, 0.2);
-pub const SHEET_OPACITY: f64 = 0.5;
+const SHEET_OPACITY: f64 = 0.5;
 /// What is this near to an outline is not compared, mm.
 const MARGIN_MM: f64 = 0.7;
 
 /// An opaque, unlit ball in the world's centre, in a view of half floats. It may lack the half where x is positive.
 pub struct Balls {
     pub scene: TestScene,
-    pub is_halved: bool,
+    is_halved: bool,
     sheets: Vec<Sheet>,
+    sheet_opacity: f64,
 }
 
 /// A translucent rectangle.
@@ -47,13 +48,18 @@ struct Met {
 
 impl Balls {
     pub fn new() -> Self {
+        Self::with(|_| {})
+    }
+
+    /// [`Self::new`] with more in the app.
+    pub fn with(setup: impl FnOnce(&mut App)) -> Self {
         let volume = volume_from(UVec3::splat(SIDE), DVec3::ONE, |p| {
             (RADIUS_MM - p.length() * f64::from(SIDE) / 2.0) / 4.0 + 0.5
         });
         let color = Color::linear_rgb(BALL.x as f32, BALL.y as f32, BALL.z as f32).to_srgba();
         let color = [color.red, color.green, color.blue];
         let function = TransferFunction::ramp(126.0, 129.0, 1.0, color).expect("a valid ramp");
-        let mut scene = TestScene::new(volume, function, default(), ShadingMode::Solid);
+        let mut scene = TestScene::with(volume, function, default(), ShadingMode::Solid, setup);
         let (camera, volume) = (scene.camera(), scene.volume);
         scene.headless.render_floats(camera, IMAGE);
         let world = scene.world();
@@ -61,7 +67,7 @@ impl Balls {
         world.entity_mut(camera).insert(view_from(Vec3::new(0.0, 0.0, 60.0)));
         let mut shading = world.get_mut::<VolumeShading>(volume).expect("shading");
         (shading.step_voxels, shading.jitter) = (STEP_MM as f32, false);
-        Self { scene, is_halved: false, sheets: Vec::new() }
+        Self { scene, is_halved: false, sheets: Vec::new(), sheet_opacity: SHEET_OPACITY }
     }
 
     /// Carves the half where x is positive.
@@ -88,6 +94,13 @@ impl Balls {
         let entity = world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place)).id();
         self.sheets.push(Sheet { entity, pose, half: size_mm.as_dvec2() / 2.0 });
         entity
+    }
+
+    /// Gives a sheet another material, which is opaque.
+    pub fn set_opaque(&mut self, sheet: Entity, material: impl Bundle) {
+        let mut sheet = self.scene.world().entity_mut(sheet);
+        sheet.remove::<MeshMaterial3d<StandardMaterial>>().insert(material);
+        self.sheet_opacity = 1.0;
     }
 
     /// Removes all sheets.
@@ -172,7 +185,7 @@ impl Balls {
         let mut sheets = met.sheets;
         sheets.retain(|along| *along < met.ball);
         let base = if met.ball.is_finite() { BALL } else { DVec3::ZERO };
-        Some(sheets.iter().fold(base, |behind, _| behind.lerp(SHEET, SHEET_OPACITY)))
+        Some(sheets.iter().fold(base, |behind, _| behind.lerp(SHEET, self.sheet_opacity)))
     }
 
     /// Largest difference of the image from closed form, as light, and the pixels that are compared: on the ball, how many of

@@ -1,11 +1,15 @@
 //! Depths of volumes: of a ball by closed form, and what they hide.
 
-use bevy::prelude::*;
+use bevy::{
+    pbr::{ExtendedMaterial, MaterialExtension},
+    prelude::*,
+    render::render_resource::AsBindGroup,
+};
 use bevy_contextual_ao::{prelude::*, volume::WORLD_UNITS_PER_MM};
 use contextual_ao_kit::scene::view_from;
 
 use crate::{
-    balls::{Balls, STEP_MM},
+    balls::{Balls, SHEET, STEP_MM},
     scene::IMAGE,
 };
 
@@ -134,5 +138,32 @@ fn samples_of_a_pixel_have_the_depth() {
     balls.add_sheet(leaning_sheet(), Vec2::new(30.0, 60.0));
     balls.settle();
     let seen = balls.compare();
+    assert!(seen.before > 50 && seen.behind > 50 && seen.largest < 0.002, "{seen:?}");
+}
+
+/// A standard material that Bevy's prepass does not draw.
+#[derive(Asset, AsBindGroup, Reflect, Clone, Default)]
+struct WithoutPrepass {}
+
+impl MaterialExtension for WithoutPrepass {
+    fn enable_prepass() -> bool {
+        false
+    }
+}
+
+type Unprepared = ExtendedMaterial<StandardMaterial, WithoutPrepass>;
+
+#[test]
+fn meshes_without_a_prepass_show_in_front_alone() {
+    let mut balls = Balls::with(|app| _ = app.add_plugins(MaterialPlugin::<Unprepared>::default()));
+    let sheet = balls.add_sheet(leaning_sheet(), Vec2::new(30.0, 60.0));
+    let color = Color::linear_rgb(SHEET.x as f32, SHEET.y as f32, SHEET.z as f32);
+    let base = StandardMaterial { base_color: color, unlit: true, cull_mode: None, ..default() };
+    let mut materials = balls.scene.world().resource_mut::<Assets<Unprepared>>();
+    let material = materials.add(ExtendedMaterial { base, extension: default() });
+    balls.set_opaque(sheet, MeshMaterial3d(material));
+    balls.settle();
+    let seen = balls.compare();
+    // Half floats.
     assert!(seen.before > 50 && seen.behind > 50 && seen.largest < 0.002, "{seen:?}");
 }
