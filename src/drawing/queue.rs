@@ -21,6 +21,7 @@ use super::{
     depth::DepthPipeline,
     merging::{
         MergedDraws, MergedPipelines, MergingPipelines, Part, Translucents, WorldBox, groups_of, parts_of,
+        whole_behind,
     },
     phase::{DrawCutOffRays, DrawFarSamples, DrawVolume},
     pipeline::{DrawPipeline, DrawVariant},
@@ -96,7 +97,7 @@ pub(super) fn queue_volumes(
         let (by_methods, shown): (Vec<_>, Vec<_>) = shown.partition(|shown| {
             shown.volume.is_drawn_by_method() && methods.are_there_for(&shown.volume.occlusion.method)
         });
-        by_methods.iter().for_each(|shown| queue.add_depth(shown, shown.center()));
+        by_methods.iter().for_each(|shown| queue.add_depth(shown, queue.depth_of(shown.center())));
         let boxes: Vec<_> = shown.iter().map(|shown| shown.world_box).collect();
         for group in groups_of(&boxes) {
             let mut members: Vec<_> = group.into_iter().map(|index| &shown[index]).collect();
@@ -113,7 +114,10 @@ pub(super) fn queue_volumes(
                     let record = |member, part| merged.add_draw(group, member, part);
                     queue.add_merged(&members, &together, &parts, record);
                 }
-                None => members.iter().for_each(|shown| queue.add_alone(shown, &mut pipelines)),
+                None if are_apart => queue.add_alone(members[0], parts[0].sorted_depth, &mut pipelines),
+                None => members.iter().for_each(|shown| {
+                    queue.add_alone(shown, queue.depth_of(shown.center()), &mut pipelines);
+                }),
             }
         }
     }
@@ -189,19 +193,24 @@ impl Queue<'_> {
         let inside = meshes
             .iter()
             .filter(|(of_mesh, _)| members.iter().any(|shown| shown.world_box.may_meet(of_mesh)));
-        let planes = inside.map(|(_, depth)| *depth).collect();
+        let planes: Vec<_> = inside.map(|(_, depth)| *depth).collect();
         let corners = members.iter().flat_map(|shown| shown.world_box.corners());
         let depths = corners.map(|corner| self.depth_of(corner));
         let (near, far) =
             depths.fold((f32::MAX, f32::MIN), |(near, far), depth| (near.min(depth), far.max(depth)));
         let center = members.iter().map(|shown| shown.center()).sum::<Vec3>() / members.len() as f32;
-        parts_of(planes, [near, far], self.depth_of(center))
+        let whole_depth = self.depth_of(center);
+        if members.iter().any(|shown| shown.depth.is_some()) {
+            return vec![whole_behind(&planes, [near, far], whole_depth)];
+        }
+        parts_of(planes, [near, far], whole_depth)
     }
 
+    /// Adds an item, sorted by a depth.
     fn add(
         &mut self,
         shown: &Shown,
-        mesh_center: Vec3,
+        depth: f32,
         pipeline: CachedRenderPipelineId,
         draw_function: DrawFunctionId,
         instances: Range<u32>,
@@ -209,6 +218,8 @@ impl Queue<'_> {
         // A phase has one item for each pair of entities. No entity of the render world has such a number.
         self.number -= 1;
         let key = Entity::from_raw_u32(self.number).unwrap_or(Entity::PLACEHOLDER);
+        let view = self.view.world_from_view;
+        let mesh_center = view.translation() + depth * view.forward();
         self.phase.add_transient(Transparent3d {
             sorting_info: TransparentSortingInfo3d::Sorted { mesh_center, depth_bias: 0.0 },
             distance: 0.0,
@@ -221,8 +232,8 @@ impl Queue<'_> {
         });
     }
 
-    /// Draws a volume that shares no space.
-    fn add_alone(&mut self, shown: &Shown, pipelines: &mut Pipelines) {
+    /// Draws a volume that shares no space, sorted by a depth.
+    fn add_alone(&mut self, shown: &Shown, depth: f32, pipelines: &mut Pipelines) {
         let Functions { volume, cut_off_rays, far_samples } = *self.functions;
         let variant = shown.variant;
         let draws = [
@@ -232,16 +243,16 @@ impl Queue<'_> {
         ];
         for (variant, function) in draws {
             if let Some(variant) = variant {
-                self.add(shown, shown.center(), pipelines.of(self.key, variant), function, 0..1);
+                self.add(shown, depth, pipelines.of(self.key, variant), function, 0..1);
             }
         }
-        self.add_depth(shown, shown.center());
+        self.add_depth(shown, depth);
     }
 
     /// Draws the depth of a volume that has one, behind its colours.
-    fn add_depth(&mut self, shown: &Shown, sorted_at: Vec3) {
+    fn add_depth(&mut self, shown: &Shown, depth: f32) {
         if let Some(pipeline) = shown.depth {
-            self.add(shown, sorted_at, pipeline, self.functions.volume, 0..1);
+            self.add(shown, depth, pipeline, self.functions.volume, 0..1);
         }
     }
 
@@ -254,27 +265,24 @@ impl Queue<'_> {
         mut record: impl FnMut(usize, Part) -> u32,
     ) {
         let Functions { volume, far_samples, .. } = *self.functions;
-        // A point at a depth.
-        let (eye, forward) = (self.view.world_from_view.translation(), self.view.world_from_view.forward());
-        let place_at = |depth: f32| eye + depth * forward;
         for part in parts {
-            let place = place_at(part.sorted_depth);
+            let depth = part.sorted_depth;
             let records: Vec<_> = (0..members.len()).map(|member| record(member, *part)).collect();
             let each = || members.iter().zip(pipelines).zip(&records);
             if members.len() > 1 {
                 for ((shown, pipelines), record) in each() {
-                    self.add(shown, place, pipelines.dims, volume, *record..record + 1);
+                    self.add(shown, depth, pipelines.dims, volume, *record..record + 1);
                 }
             }
             for ((shown, pipelines), record) in each() {
-                self.add(shown, place, pipelines.draws, volume, *record..record + 1);
+                self.add(shown, depth, pipelines.draws, volume, *record..record + 1);
                 if let Some(far) = pipelines.draws_far {
-                    self.add(shown, place, far, far_samples, *record..record + 1);
+                    self.add(shown, depth, far, far_samples, *record..record + 1);
                 }
             }
         }
         if let Some(nearest) = parts.last() {
-            members.iter().for_each(|shown| self.add_depth(shown, place_at(nearest.sorted_depth)));
+            members.iter().for_each(|shown| self.add_depth(shown, nearest.sorted_depth));
         }
     }
 }

@@ -6,7 +6,8 @@ use bevy::prelude::*;
 /// [`Volume3d`](crate::volume::Volume3d). Without it a volume has no depth.
 ///
 /// What is drawn later, or reads that depth behind the main pass, then knows the volume: depth of field, volumetric fog, and
-/// translucent meshes that are sorted in front of it. The depth costs another way along each view ray, up to the point that
+/// translucent meshes. Those in the volume's box are drawn after it, and hidden pixel by pixel where they are
+/// behind it. Without a depth they divide the volume by the planes of their centres, which suits translucent matter. The depth costs another way along each view ray, up to the point that
 /// it is taken from.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]

@@ -15,6 +15,17 @@ pub(in crate::drawing) struct Part {
     pub sorted_depth: f32,
 }
 
+/// Depth by which volumes lie behind a mesh, as a share.
+const BEHIND: f32 = 1e-5;
+
+/// A whole group of volumes whose depths hide translucent meshes, pixel by pixel: it is drawn before those in it, whose depths
+/// are given.
+pub(in crate::drawing) fn whole_behind(meshes: &[f32], [_, far]: [f32; 2], whole_depth: f32) -> Part {
+    let farthest =
+        meshes.iter().filter(|depth| **depth < far).fold(whole_depth, |a, b| a.max(b * (1.0 + BEHIND)));
+    Part { begin_depth: 0.0, end_depth: FAR, sorted_depth: farthest }
+}
+
 /// Parts of a group of volumes, farthest first. The planes are where the centres of translucent meshes are; beyond
 /// [`MOST_PARTS`], those farthest away divide nothing. `whole_depth` sorts a group without planes.
 pub(in crate::drawing) fn parts_of(
