@@ -260,8 +260,9 @@ impl PassLog {
 }
 
 /// Time that the CPU took in the last frame to decide which passes it needs, and to write their inputs.
+// Not a resource of scenes: it is measured.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
 pub struct PlanTime(pub Duration);
 
 /// Connects the render world's [`Report`] with the main world.

@@ -27,10 +27,11 @@
 //!
 //! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
 //! the shading. `picking` casts rays at them. `render` extracts these descriptions and runs the passes. [`drawing`] draws
-//! the volumes. [`diagnostics`] reports the work done.
+//! the volumes. `gizmos` draws boxes around parts of this work. [`diagnostics`] reports the work done.
 
 #![cfg_attr(
     not(all(
+        feature = "gizmos",
         feature = "meta_image",
         feature = "nifti",
         feature = "nrrd",
@@ -44,6 +45,8 @@ mod bundle;
 pub mod clip;
 pub mod diagnostics;
 pub mod drawing;
+#[cfg(feature = "gizmos")]
+pub mod gizmos;
 pub mod occlusion;
 #[cfg(feature = "picking")]
 pub mod picking;
@@ -56,6 +59,8 @@ pub use plugin::ContextualAoPlugin;
 
 /// Items that most apps need.
 pub mod prelude {
+    #[cfg(feature = "gizmos")]
+    pub use crate::gizmos::{ListedBricks, ShowVolumeGizmos, VolumeGizmoConfigGroup};
     #[cfg(feature = "other_methods")]
     pub use crate::occlusion::{
         DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,

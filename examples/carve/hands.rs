@@ -12,7 +12,7 @@ use bevy_panorbit_camera::PanOrbitCamera;
 use super::carvers::Carver;
 
 /// Effects of keys and pointer, for the panel.
-pub const HELP: [[&str; 2]; 14] = [
+pub const HELP: [[&str; 2]; 15] = [
     ["drag a carver", "move it"],
     ["scroll over it", "nearer, farther"],
     ["double click", "put the selected carver there"],
@@ -26,6 +26,7 @@ pub const HELP: [[&str; 2]; 14] = [
     ["1 to 5", "shading mode"],
     ["Delete", "remove the selected point"],
     ["P", "save a picture"],
+    ["G", "show clip cameras, reaches, listed bricks"],
     ["drop a file", "open it"],
 ];
 /// Share of the distance to the camera by which one notch of the wheel moves a carver.

@@ -9,6 +9,7 @@ mod content;
 mod digits;
 mod dropping;
 mod file_panel;
+mod gizmos;
 mod gradient_editor;
 mod hands;
 mod joint_histogram;
@@ -90,6 +91,7 @@ fn main() -> AppExit {
             hands::HandsPlugin,
             panel::PanelPlugin,
             picture::PicturePlugin,
+            gizmos::GizmosPlugin,
         ))
         .run()
 }

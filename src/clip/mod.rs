@@ -15,7 +15,7 @@ pub(crate) use clip_mesh::SpawnOrder;
 pub use clip_mesh::{ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipTargets, MAX_CARVERS};
 pub(crate) use clip_settings::{ClipCapacity, LayersWanted, MAX_LAYERS};
 pub use clip_settings::{ClipSettings, CoverageRule};
-pub(crate) use relative_pose::RelativePoses;
+pub(crate) use relative_pose::{RelativePoses, placed};
 
 /// Sets of the clip plugin's systems, in [`PostUpdate`].
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]

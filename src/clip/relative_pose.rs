@@ -44,6 +44,14 @@ impl RelativePoses<'_, '_> {
     }
 }
 
+/// The transform to the world of an entity, unless it is collapsed or not finite. Rendering inverts it in single
+/// precision, so single precision decides.
+pub(crate) fn placed(transform: &GlobalTransform) -> Option<DAffine3> {
+    let affine = transform.affine();
+    let determinant = affine.matrix3.determinant();
+    (affine.is_finite() && determinant != 0.0 && determinant.is_finite()).then(|| double(&affine))
+}
+
 fn double(affine: &bevy::math::Affine3A) -> DAffine3 {
     DAffine3 { matrix3: affine.matrix3.as_dmat3(), translation: affine.translation.as_dvec3() }
 }

@@ -7,7 +7,7 @@ use bevy::{
 };
 
 use super::crossings::{Crossing, Line, crossings, inside};
-use crate::clip::{ClipCamera, ClipFrame, ClipMesh, ClipOperation, MAX_CARVERS, SpawnOrder};
+use crate::clip::{ClipCamera, ClipFrame, ClipMesh, ClipOperation, MAX_CARVERS, SpawnOrder, placed};
 
 /// A cut, or a face of the grid, where a stretch begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,14 +70,6 @@ impl Carvers<'_, '_> {
         }
         left
     }
-}
-
-/// The transform to the world of an entity that is not collapsed.
-pub(super) fn placed(transform: &GlobalTransform) -> Option<DAffine3> {
-    let affine = transform.affine();
-    let affine = DAffine3 { matrix3: affine.matrix3.as_dmat3(), translation: affine.translation.as_dvec3() };
-    let determinant = affine.matrix3.determinant();
-    (affine.is_finite() && determinant != 0.0 && affine.inverse().is_finite()).then_some(affine)
 }
 
 /// Parts of a ray's line inside a carver; `None` if its triangles are not known.

@@ -9,14 +9,15 @@ use bevy::{
 
 use super::{
     VolumeHit, VolumeRayCastSettings,
-    carved::{Carvers, Cut, Stretch, placed, through_box},
+    carved::{Carvers, Cut, Stretch, through_box},
     crossings::Line,
     field::Field,
     march::{March, Stops},
     optical_depths::OpticalDepths,
 };
 use crate::{
-    occlusion::{AmbientOcclusion, ShownOcclusion, VolumeShading},
+    clip::placed,
+    occlusion::{AmbientOcclusion, Optimizations, ShownOcclusion, VolumeShading},
     volume::{LookupTable, Volume, WORLD_UNITS_PER_MM},
 };
 
@@ -40,11 +41,14 @@ use crate::{
 ///
 /// Volumes and carvers are where their [`GlobalTransform`]s say. Transfer functions and the poses of skinned carvers count
 /// as of the last [`PostUpdate`]. A carver counts if its vertices are kept in the main world
-/// ([`RenderAssetUsages::MAIN_WORLD`](bevy::asset::RenderAssetUsages)).
+/// ([`RenderAssetUsages::MAIN_WORLD`](bevy::asset::RenderAssetUsages)). All its layers count: where
+/// [`ClipMeshCutOff`](crate::clip::ClipMeshCutOff) tells of a carver with fewer in the picture, rays go through gaps of its
+/// mesh that the picture fills.
 #[derive(SystemParam)]
 pub struct VolumeRayCast<'w, 's> {
     volumes: Query<'w, 's, Target>,
     carvers: Carvers<'w, 's>,
+    optimizations: Res<'w, Optimizations>,
 }
 
 /// A volume that has loaded.
@@ -88,6 +92,7 @@ impl VolumeRayCast<'_, '_> {
         let march = March::new(
             Field::new(&table.volume, isovalue.is_none() && target.is_tricubic()),
             target.depths,
+            self.optimizations.draw_leaps.then(|| target.depths.air(table)),
             &table.geometry,
             &(placed(target.transform)? * millimetres),
             ray,

@@ -12,6 +12,7 @@ use bevy::{
 use crate::{
     clip::{
         ClipCamera, ClipCapacity, ClipFrame, ClipMesh, ClipSettings, MAX_CARVERS, RelativePoses, SpawnOrder,
+        placed,
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
@@ -195,7 +196,7 @@ pub(crate) fn extract_scene(
             frame: camera.frame?,
             revision: camera.revision,
             world_from_local: transform.affine(),
-            is_placed: is_invertible(transform),
+            is_placed: placed(transform).is_some(),
         })
     }));
     // The same carvers act in every frame, whatever the order of the query: active ones first, by order of spawning.
@@ -232,7 +233,7 @@ pub(crate) fn extract_scene(
                 recomputes_all: uses_occlusion && occlusion.occlusion.recompute == Recompute::Everything,
                 world_from_local: transform.affine() * Affine3A::from_scale(Vec3::splat(WORLD_UNITS_PER_MM)),
                 carvers: carvers_of(entity, carvers, &poses),
-                is_placed: is_invertible(transform),
+                is_placed: placed(transform).is_some(),
                 layers: layers.cloned().unwrap_or_default(),
                 casts_shadows: visibility.get() && !casts_none,
                 receives_shadows: !receives_none,
@@ -260,12 +261,6 @@ fn carvers_of(volume: Entity, carvers: &[ExtractedCarver], poses: &RelativePoses
     acting
         .filter_map(|(index, carver)| Some((index, poses.between(volume, carver.entity)? * millimetres)))
         .collect()
-}
-
-fn is_invertible(transform: &GlobalTransform) -> bool {
-    let affine = transform.affine();
-    let determinant = affine.matrix3.determinant();
-    affine.is_finite() && determinant != 0.0 && determinant.is_finite()
 }
 
 impl ExtractedScene {

@@ -44,6 +44,8 @@ pub(crate) use gpu::device::DeviceSupport;
 pub(crate) use gpu::formats::Formats;
 pub(crate) use gpu::frame::ShadesViews;
 pub(crate) use gpu::kept_group::KeptGroup;
+#[cfg(feature = "gizmos")]
+pub(crate) use gpu::readback::Readback;
 pub(crate) use gpu::render_pipelines::variants_are_ready;
 pub(crate) use gpu::textures::TextureAndView;
 pub(crate) use gpu::uniforms::BuffersOf;
@@ -61,9 +63,11 @@ pub(crate) use views::{
     dispatch::ViewArray,
     runs::{BOX_VERTICES, MarchedViewUniform, OutlinesOfView, RUNS_BINDING, VolumeRuns},
 };
+#[cfg(feature = "gizmos")]
+pub(crate) use volumes::listed_cast::listed_bricks;
 pub(crate) use volumes::{contents::MarchVariant, store::VolumeResources};
 pub use volumes::{
-    kept::MethodResources,
+    kept::{LatestCast, MethodResources},
     store::{VolumeStore, VolumeTexture, VoxelMask},
 };
 pub(crate) use windows::{VolumeInView, VolumeWindow, VolumeWindows, shows};

@@ -64,6 +64,7 @@ impl Plugin for VolumePlugin {
             .register_type::<Volume3d>()
             .register_type::<VolumeTransferFunction>()
             .register_type::<OcclusionReady>()
+            .register_type::<volume3d::BoxMark>()
             .init_asset_loader::<VolumeLoader>()
             .init_asset_loader::<TransferFunctionLoader>()
             .init_resource::<VolumeBudget>()
@@ -82,6 +83,7 @@ impl Plugin for VolumePlugin {
                     )
                         .chain(),
                     events::report_unreadable,
+                    volume3d::remove_read_boxes,
                 )
                     .before(AssetEventSystems),
             );

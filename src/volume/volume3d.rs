@@ -53,14 +53,31 @@ impl AsAssetId for Volume3d {
 }
 
 /// The child of a [`Volume3d`] whose box is drawn, as a [`DrawnBox`].
+///
+/// A clone of the volume has a child of its own: the clone of this one if children are cloned, else a new one.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct VolumeBox(pub Entity);
+pub(crate) struct VolumeBox(#[entities] pub Entity);
 
 /// The box that the voxels of a grid fill. Views that show it draw the volume.
 #[derive(Component, Clone, PartialEq)]
-#[require(Visibility, VisibilityClass)]
+#[require(Visibility, VisibilityClass, BoxMark)]
 #[component(on_add = add_visibility_class::<Self>)]
 pub(crate) struct DrawnBox(pub VolumeGeometry);
+
+/// Marks the entity of a [`DrawnBox`] in scenes. Whoever writes a volume with its children writes the child with them.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub(crate) struct BoxMark;
+
+/// Removes boxes that were read from scenes: volumes get new ones.
+pub(super) fn remove_read_boxes(
+    mut commands: Commands,
+    boxes: Query<Entity, (With<BoxMark>, Without<DrawnBox>)>,
+) {
+    for entity in &boxes {
+        commands.entity(entity).try_despawn();
+    }
+}
 
 /// The transfer function of a [`Volume3d`]. The default handle stands for
 /// [`TransferFunction::for_volume`], made when the volume has loaded.
@@ -101,6 +118,7 @@ impl AsAssetId for VolumeTransferFunction {
 /// Occlusion is computed in the frame that shows it. A change of the transfer function, of
 /// [`AmbientOcclusion`](crate::occlusion::AmbientOcclusion) or of a carver's pose makes the value `false` for a frame
 /// at most. A carver with a new mesh makes it `false` until the mesh's layers are counted.
+// Not a component of scenes: it is derived.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
 pub struct OcclusionReady(pub bool);

@@ -27,6 +27,19 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
         &[("bevy", "bevy_anti_alias"), ("bevy_internal", "bevy_anti_alias")],
     ),
     (
+        "Bevy's lines of gizmos, which tests look at",
+        &[("bevy", "bevy_gizmos_render"), ("bevy_internal", "bevy_gizmos_render")],
+    ),
+    (
+        "Scenes that Bevy writes and reads, as in most apps",
+        &[
+            ("bevy", "bevy_world_serialization"),
+            ("bevy_ecs", "serialize"),
+            ("bevy_internal", "bevy_world_serialization"),
+            ("indexmap", "serde"),
+        ],
+    ),
+    (
         "Systems on several threads, as in most apps",
         &[
             ("bevy", "multi_threaded"),

@@ -39,6 +39,7 @@ const ROOMS: &[&[&str]] = &[
     &["render::encode"],
     &["render"],
     &["drawing"],
+    &["gizmos"],
     &["plugin"],
     &[""],
 ];

@@ -1,4 +1,4 @@
-//! A word of a buffer that arrives on the CPU some frames later.
+//! Parts of buffers that arrive on the CPU some frames later.
 
 use bevy::{
     prelude::*,
@@ -9,13 +9,13 @@ use bevy::{
 };
 use std::sync::{Arc, OnceLock};
 
-/// Reads back one word at a time. A word has a tag, by which its reader knows what it is of.
-pub(crate) struct WordReadback<T> {
+/// Reads back some bytes at a time. They have a tag, by which their reader knows what they are of.
+pub(crate) struct Readback<T> {
     staging: Option<Buffer>,
     under_way: Option<UnderWay<T>>,
 }
 
-impl<T> Default for WordReadback<T> {
+impl<T> Default for Readback<T> {
     fn default() -> Self {
         Self { staging: None, under_way: None }
     }
@@ -27,30 +27,31 @@ struct UnderWay<T> {
     arrived: Option<Arc<OnceLock<bool>>>,
 }
 
-impl<T: Copy> WordReadback<T> {
-    /// Whether no word is under way.
+impl<T: Copy> Readback<T> {
+    /// Whether nothing is under way.
     pub fn is_idle(&self) -> bool {
         self.under_way.is_none()
     }
 
-    /// Buffer into which this frame is to copy the word. `None` while another word is under way.
-    pub fn begin(&mut self, tag: T, device: &RenderDevice) -> Option<Buffer> {
+    /// Buffer into which this frame is to copy so many bytes. `None` while others are under way.
+    pub fn begin(&mut self, tag: T, bytes: u64, device: &RenderDevice) -> Option<Buffer> {
         if self.under_way.is_some() {
             return None;
         }
         self.under_way = Some(UnderWay { tag, arrived: None });
-        let staging = self.staging.get_or_insert_with(|| {
+        let kept = self.staging.take().filter(|staging| staging.size() == bytes);
+        let staging = kept.unwrap_or_else(|| {
             device.create_buffer(&BufferDescriptor {
-                label: Some("contextual_ao_word_read"),
-                size: 4,
+                label: Some("contextual_ao_readback"),
+                size: bytes,
                 usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         });
-        Some(staging.clone())
+        Some(self.staging.insert(staging).clone())
     }
 
-    /// Requests a word whose copy was submitted. [`Self::receive`] does so at the latest, a frame later.
+    /// Requests bytes whose copy was submitted. [`Self::receive`] does so at the latest, a frame later.
     pub fn request(&mut self, device: &RenderDevice) {
         if let (Some(staging), Some(UnderWay { arrived: arrived @ None, .. })) =
             (&self.staging, &mut self.under_way)
@@ -62,8 +63,8 @@ impl<T: Copy> WordReadback<T> {
         }
     }
 
-    /// Tag and value of a word that has arrived. Called once a frame, before [`Self::begin`].
-    pub fn receive(&mut self, device: &RenderDevice) -> Option<(T, u32)> {
+    /// Tag and bytes that have arrived. Called once a frame, before [`Self::begin`].
+    pub fn receive(&mut self, device: &RenderDevice) -> Option<(T, Vec<u8>)> {
         if self.under_way.as_ref()?.arrived.is_none() {
             self.request(device);
             return None;
@@ -73,15 +74,45 @@ impl<T: Copy> WordReadback<T> {
         // An error means that the device was lost.
         let _ = device.poll(PollType::Poll);
         let is_readable = *arrived.get()?;
-        let word = is_readable.then(|| {
-            let bytes = staging.slice(..).get_mapped_range();
-            let word = bytes.first_chunk().map(|bytes| u32::from_le_bytes(*bytes));
-            drop(bytes);
+        let bytes = is_readable.then(|| {
+            let bytes = staging.slice(..).get_mapped_range().to_vec();
             staging.unmap();
-            word
+            bytes
         });
         let tag = under_way.tag;
         self.under_way = None;
-        Some((tag, word.flatten()?))
+        Some((tag, bytes?))
+    }
+}
+
+/// Reads back one word at a time.
+pub(crate) struct WordReadback<T>(Readback<T>);
+
+impl<T> Default for WordReadback<T> {
+    fn default() -> Self {
+        Self(default())
+    }
+}
+
+impl<T: Copy> WordReadback<T> {
+    /// Whether no word is under way.
+    pub fn is_idle(&self) -> bool {
+        self.0.is_idle()
+    }
+
+    /// Buffer into which this frame is to copy the word. `None` while another word is under way.
+    pub fn begin(&mut self, tag: T, device: &RenderDevice) -> Option<Buffer> {
+        self.0.begin(tag, 4, device)
+    }
+
+    /// Requests a word whose copy was submitted. [`Self::receive`] does so at the latest, a frame later.
+    pub fn request(&mut self, device: &RenderDevice) {
+        self.0.request(device);
+    }
+
+    /// Tag and value of a word that has arrived. Called once a frame, before [`Self::begin`].
+    pub fn receive(&mut self, device: &RenderDevice) -> Option<(T, u32)> {
+        let (tag, bytes) = self.0.receive(device)?;
+        Some((tag, u32::from_le_bytes(*bytes.first_chunk()?)))
     }
 }

@@ -34,7 +34,7 @@ const SUPERBRICK_LISTS: u32 = 2;
 /// Format of one number for every brick, which compute passes can write on any device.
 pub(crate) const BRICK_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Number of words before the items of a list: the heads of its two ends (`work_list.wgsl`).
-const LIST_HEADS: u32 = 2 * LIST_HEAD;
+pub(crate) const LIST_HEADS: u32 = 2 * LIST_HEAD;
 
 /// Buffers and textures of one volume.
 pub(crate) struct BrickResources {

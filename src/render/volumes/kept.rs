@@ -1,9 +1,22 @@
 //! Resources that an occlusion method keeps for a volume, as code outside the method sees them.
 
-use bevy::{prelude::*, render::render_resource::TextureView};
+use bevy::{
+    prelude::*,
+    render::render_resource::{Buffer, TextureView},
+};
 use core::any::Any;
 
 use crate::diagnostics::GpuUsage;
+
+/// A cast, as its method tells it.
+#[derive(Clone, Copy, Debug)]
+pub struct LatestCast<'a> {
+    /// Number of casts so far.
+    pub number: u64,
+    /// Begins with four words: the second and the third are the places of the first and the end word in the list
+    /// (`cast_state.wgsl`).
+    pub state: &'a Buffer,
+}
 
 /// GPU resources that an occlusion method keeps for one volume. They are freed with the volume, and with the method.
 pub trait MethodResources: Any + Send + Sync {
@@ -13,6 +26,11 @@ pub trait MethodResources: Any + Send + Sync {
     /// Whether no occlusion waits for later frames. Otherwise the volume is not ready yet.
     fn is_complete(&self) -> bool {
         true
+    }
+
+    /// The latest cast over words that clipping or marking listed, if the method casts rays.
+    fn latest_cast(&self) -> Option<LatestCast<'_>> {
+        None
     }
 
     /// Texture that orients surfaces when views draw them, in place of the clipped opacities. It holds a distance

@@ -10,6 +10,7 @@ pub(super) mod gpu_table;
 pub(super) mod intensities;
 pub(super) mod kept;
 pub(crate) mod layouts;
+pub(super) mod listed_cast;
 mod preintegration;
 pub(super) mod store;
 pub(super) mod uniform;

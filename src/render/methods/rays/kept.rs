@@ -19,7 +19,7 @@ use crate::{
         gpu::{device::Gpu, kept_group::KeptGroup, readback::WordReadback, textures::usage_of_buffers},
         methods::voxel_method::KeptVolume,
         views::dispatch::ViewArray,
-        volumes::kept::MethodResources,
+        volumes::kept::{LatestCast, MethodResources},
         windows::WindowUniform,
     },
 };
@@ -124,6 +124,10 @@ impl MethodResources for KeptRays {
 
     fn is_complete(&self) -> bool {
         !self.waiting.any
+    }
+
+    fn latest_cast(&self) -> Option<LatestCast<'_>> {
+        Some(LatestCast { number: self.waiting.casts, state: self.state.as_ref()? })
     }
 }
 
