@@ -186,8 +186,8 @@ impl Integral<'_> {
         let t = at(0.5 * (from + to));
         let voxel = course.voxel.0 + t * course.voxel.1;
         let (color, per_mm) = self.classify(voxel);
-        // Lengths are those in the volume, whatever its scale in the world.
-        let depth = -(1.0 - per_mm).ln() * course.mm * (at(to) - at(from));
+        // Lengths are those in the volume, whatever its scale in the world. Opaque matter has no finite depth.
+        let depth = -(1.0 - per_mm).max(f64::MIN_POSITIVE).ln() * course.mm * (at(to) - at(from));
         let local = course.local.0 + t * course.local.1;
         let direction = course.local.1 / course.mm;
         (per_mm > 0.0).then(|| ((self.shade)(&Sample { color, local, voxel, direction }), depth))

@@ -94,6 +94,7 @@ pub fn assert_shows_within(
         let from =
             |bytes: [f64; 3]| expected.iter().zip(bytes).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let difference = from([0, 1, 2].map(|channel| f64::from(image[place + channel])));
+        assert!(expected.iter().all(|byte| byte.is_finite()), "{name}: {pixel} has no expected colour");
         if from(background) > 8.0 {
             differences.push(difference);
         } else {
