@@ -17,7 +17,6 @@ mod live;
 mod motion;
 mod overlaps;
 mod parts;
-mod picking;
 mod picture;
 mod published;
 mod report;
@@ -125,10 +124,6 @@ struct Instead {
     /// Cost of the scene's lights and of shadows, over that of a headlight, in the scene of benches/peers.
     #[arg(long)]
     lights: bool,
-    /// Time of a ray that a pointer casts on the CPU, with leaps over air and without, in the scene of benches/peers or in the
-    /// given volume.
-    #[arg(long)]
-    picking: bool,
     /// Error of the occlusion of ray patterns against very many rays, in real volumes.
     #[arg(long)]
     directions: bool,
@@ -213,8 +208,6 @@ fn main() -> Result<(), String> {
         lights::run(&options)
     } else if instead.overlaps {
         overlaps::run(&options)
-    } else if instead.picking {
-        picking::run(&options)
     } else if instead.directions {
         directions::run(&options)
     } else if instead.tables {

@@ -3,7 +3,6 @@
 use bevy::math::{DAffine3, DVec3};
 
 use super::{
-    air::Air,
     carved::{Cut, Stretch},
     crossings::Line,
     field::Field,
@@ -34,7 +33,6 @@ pub(super) enum Stops {
 pub(super) struct March<'a> {
     pub field: Field<'a>,
     pub depths: &'a OpticalDepths,
-    pub air: Option<&'a Air>,
     pub geometry: &'a VolumeGeometry,
     pub voxel_from_world: DAffine3,
     /// The ray in the world, and in voxels.
@@ -49,7 +47,6 @@ impl<'a> March<'a> {
     pub fn new(
         field: Field<'a>,
         depths: &'a OpticalDepths,
-        air: Option<&'a Air>,
         geometry: &'a VolumeGeometry,
         world_from_local: &DAffine3,
         ray: Line,
@@ -63,7 +60,6 @@ impl<'a> March<'a> {
         (mm_per_world_unit > 0.0 && mm_per_world_unit.is_finite()).then_some(Self {
             field,
             depths,
-            air,
             geometry,
             voxel_from_world,
             ray,
@@ -125,23 +121,7 @@ impl<'a> March<'a> {
         let per_length = self.mm_per_world_unit / self.depths.unit_mm;
         let mut near = stretch.begin;
         let mut before = self.depths.entry(self.intensity(near));
-        let mut before_is_air = true;
-        let &Stretch { begin, end, .. } = stretch;
-        let slices = ((end - begin) / step).ceil() as u64;
-        let mut slice = 0;
-        while slice < slices {
-            if before_is_air {
-                // Slices that end in air stop nothing.
-                let leap = self.air.and_then(|air| air.end(&self.in_voxels, near));
-                let last = leap.map_or(0, |leap| (((leap - begin) / step) as u64).min(slices - 1));
-                if last > slice {
-                    slice = last;
-                    near = begin + slice as f64 * step;
-                    before = self.depths.entry(self.intensity(near));
-                }
-            }
-            slice += 1;
-            let far = (begin + slice as f64 * step).min(end);
+        for far in Self::samples(stretch, step) {
             let behind = self.depths.entry(self.intensity(far));
             let gradient = self.gradient_between(near, far);
             let length = (far - near) * per_length;
@@ -155,7 +135,6 @@ impl<'a> March<'a> {
                 return Some(near + part * (far - near));
             }
             *depth += whole;
-            before_is_air = whole == 0.0;
             (near, before) = (far, behind);
         }
         None

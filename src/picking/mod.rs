@@ -4,7 +4,6 @@
 //! pointers hit volumes as well. So `Pointer` events arrive at the entities of volumes, and their hits carry a
 //! [`VolumeHit`]. All of it runs on the CPU.
 
-mod air;
 mod backend;
 mod carved;
 mod crossings;

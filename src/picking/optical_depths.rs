@@ -1,9 +1,7 @@
 //! Extinctions of a transfer function and their integrals, as `preintegration.wgsl` has them.
 
 use bevy::prelude::*;
-use std::sync::{Arc, OnceLock};
 
-use super::air::{Air, BrickRanges};
 use crate::volume::LookupTable;
 
 /// Optical depth of half a voxel of an opaque intensity, as where it is drawn.
@@ -20,9 +18,6 @@ pub(crate) struct OpticalDepths {
     /// Rows per unit of the gradient, in stored intensities per mm.
     rows_per_gradient: f64,
     pub unit_mm: f64,
-    /// Made by the first ray. The ranges are those of the volume, whatever the table is.
-    ranges: Arc<OnceLock<BrickRanges>>,
-    air: OnceLock<Air>,
 }
 
 struct Row {
@@ -45,32 +40,7 @@ impl OpticalDepths {
             density: if span > 0.0 { (LookupTable::ENTRIES - 1) as f64 / span } else { 0.0 },
             rows_per_gradient: table.last_gradient.map_or(0.0, |last| last_row / last),
             unit_mm,
-            ranges: default(),
-            air: OnceLock::new(),
         }
-    }
-
-    /// Where nothing of the volume of the table is seen.
-    pub fn air(&self, table: &LookupTable) -> &Air {
-        self.air.get_or_init(|| {
-            let ranges = self.ranges.get_or_init(|| BrickRanges::of(&table.volume));
-            let mut visible = 0u32;
-            let before: Vec<_> = core::iter::once(0)
-                .chain((0..LookupTable::ENTRIES).map(|k| {
-                    let is_visible =
-                        |row: &Row| row.extinctions.get(k).is_some_and(|&extinction| extinction > 0.0);
-                    visible += u32::from(self.rows.iter().any(is_visible));
-                    visible
-                }))
-                .collect();
-            let last = (LookupTable::ENTRIES - 1) as f64;
-            Air::new(ranges, |low, high| {
-                // The entries on both sides of each intensity.
-                let first = self.entry(low).floor().clamp(0.0, last) as usize;
-                let end = self.entry(high).ceil().clamp(0.0, last) as usize + 1;
-                before[first] == before[end]
-            })
-        })
     }
 
     /// Whether the gradient has an effect.

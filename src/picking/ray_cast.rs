@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     clip::placed,
-    occlusion::{AmbientOcclusion, Optimizations, ShownOcclusion, VolumeShading},
+    occlusion::{AmbientOcclusion, ShownOcclusion, VolumeShading},
     volume::{LookupTable, Volume, WORLD_UNITS_PER_MM},
 };
 
@@ -48,7 +48,6 @@ use crate::{
 pub struct VolumeRayCast<'w, 's> {
     volumes: Query<'w, 's, Target>,
     carvers: Carvers<'w, 's>,
-    optimizations: Res<'w, Optimizations>,
 }
 
 /// A volume that has loaded.
@@ -92,7 +91,6 @@ impl VolumeRayCast<'_, '_> {
         let march = March::new(
             Field::new(&table.volume, isovalue.is_none() && target.is_tricubic()),
             target.depths,
-            self.optimizations.draw_leaps.then(|| target.depths.air(table)),
             &table.geometry,
             &(placed(target.transform)? * millimetres),
             ray,

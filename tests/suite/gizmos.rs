@@ -11,7 +11,7 @@ use bevy_contextual_ao::{prelude::*, render::VoxelMask, volume::VolumeGeometry};
 use contextual_ao_kit::{headless::voxel_at, mode::ShadingMode};
 use core::any::TypeId;
 
-use crate::scene::{IMAGE, TestScene, few_rays, folded_volume, in_world_units, opaque_ramp};
+use crate::scene::{TestScene, few_rays, folded_volume, in_world_units, opaque_ramp};
 
 const SIZE: UVec3 = UVec3::new(26, 24, 22);
 /// Half the extents of the volume, mm: patients stand upright.
@@ -96,64 +96,15 @@ fn pose() -> Transform {
 }
 
 #[test]
-fn the_box_of_a_volume_is_drawn_around_its_voxels_and_over_the_picture() {
+fn the_box_of_a_volume_is_drawn_around_its_voxels() {
     let mut scene = scene();
     scene.place_volume(pose());
     scene.settle();
-    let before = scene.headless.image();
     set(&mut scene, VolumeGizmoConfigGroup { volume_boxes: SOME, ..NONE });
     scene.headless.frame();
     let expected = corners(HALF_MM * 0.001, pose().into());
     // Rounding of single precision.
     assert_is_box(&ends(lines(&scene)), &expected, 1e-7);
-
-    // The camera's field of view is 45 degrees. Lines are two pixels wide.
-    let camera = scene.camera();
-    let view = scene.world().get::<GlobalTransform>(camera).expect("a camera").affine().inverse();
-    let size = IMAGE.as_vec2();
-    let pixel = |p: Vec3| {
-        let p = view.transform_point3(p);
-        let focal = 0.5 * size.y / (core::f32::consts::PI / 8.0).tan();
-        0.5 * size + focal * Vec2::new(p.x, -p.y) / -p.z
-    };
-    let edges: Vec<_> = edges(&expected).into_iter().map(|edge| edge.map(pixel)).collect();
-    let image = scene.headless.image();
-    let is_lit = |x: i32, y: i32| {
-        let is_in = x >= 0 && y >= 0 && x < IMAGE.x as i32 && y < IMAGE.y as i32;
-        is_in.then(|| {
-            let at = 4 * (y as u32 * IMAGE.x + x as u32) as usize;
-            image[at..at + 3] != before[at..at + 3]
-        })
-    };
-    let mut seen = 0;
-    for [a, b] in &edges {
-        for k in 0..=20 {
-            let p = a.lerp(*b, k as f32 / 20.0).floor().as_ivec2();
-            if let Some(lit) = is_lit(p.x, p.y) {
-                seen += 1;
-                let near = (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y)));
-                assert!(
-                    lit || near.into_iter().any(|(x, y)| is_lit(p.x + x, p.y + y) == Some(true)),
-                    "{p} is dark"
-                );
-            }
-        }
-    }
-    assert!(seen > 200, "{seen} of 252 places are in the picture");
-    let distance = |p: Vec2| {
-        let of_edge = |[a, b]: &[Vec2; 2]| {
-            let along = ((p - a).dot(b - a) / a.distance_squared(*b)).clamp(0.0, 1.0);
-            p.distance(a.lerp(*b, along))
-        };
-        edges.iter().map(of_edge).fold(f32::INFINITY, f32::min)
-    };
-    for y in 0..IMAGE.y as i32 {
-        for x in 0..IMAGE.x as i32 {
-            let off = distance(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-            // Half a line's width, and half a pixel's diagonal.
-            assert!(is_lit(x, y) == Some(false) || off < 1.0 + 0.71, "({x}, {y}) is lit, {off} from an edge");
-        }
-    }
 }
 
 #[test]

@@ -219,7 +219,16 @@ fn settings_of_all_methods_can_be_edited_live() {
         shows.extend(of_method.into_iter().map(|(path, shows)| (format!("{name} {path}"), shows)));
     }
     assert!(shows.len() > 25, "{shows:?}");
-    assert_all_show_but(&shows, &[]);
+    // An inspector's first values of these stand for the same. Progressive rays end up the same.
+    let unseen = [
+        "filtering AmbientOcclusion.method.0.modulation",
+        "progressive AmbientOcclusion.method.0.kept_on_change",
+        "progressive AmbientOcclusion.method.0.rays.step_mm",
+        "progressive AmbientOcclusion.method.0.rays_per_frame",
+        "rays AmbientOcclusion.method.0.step_mm",
+        "sweeping AmbientOcclusion.method.0.light",
+    ];
+    assert_all_show_but(&shows, &unseen);
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn spawn(headless: &mut Headless, files: &[PathBuf; 2], occlusion: AmbientOcclus
         outline_rays: 6,
         ..default()
     };
-    let quality = MotionQuality { lowest: Quality::Medium, target_frame_ms: 30.0, settle_s: 0.1 };
+    let quality = MotionQuality { lowest: Quality::Reference, target_frame_ms: 30.0, settle_s: 0.1 };
     let world = headless.app.world_mut();
     let first = world
         .spawn((
