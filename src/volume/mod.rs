@@ -3,6 +3,8 @@
 mod asset;
 mod bake;
 mod budget;
+#[cfg(feature = "dicom")]
+pub mod dicom;
 mod error;
 mod events;
 mod fit;
@@ -85,5 +87,8 @@ impl Plugin for VolumePlugin {
                 )
                     .before(AssetEventSystems),
             );
+        // After the other loader, so that it gets names without an ending: files of a hospital often have none.
+        #[cfg(feature = "dicom")]
+        app.init_resource::<dicom::DicomLoads>().init_asset_loader::<dicom::DicomLoader>();
     }
 }

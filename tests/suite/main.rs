@@ -21,6 +21,7 @@ mod components;
 mod coverage;
 mod custom_methods;
 mod cut_surfaces;
+mod dicom;
 mod directional;
 mod drawing;
 mod exact;
