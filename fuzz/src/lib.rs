@@ -81,6 +81,50 @@ fn data_there(header: &GridHeader, data: &[u8]) -> u64 {
     header.data_bytes().min(expansion * data.len() as u64)
 }
 
+/// Bytes that a DICOM volume may take on a device in [`check_dicom`].
+const VOLUME_BYTES: u64 = 1 << 22;
+
+/// Checks the DICOM reader on files, with [`DATA_FILE`] between them, or on an archive.
+pub fn check_dicom(bytes: &[u8]) {
+    // A codec's panic is caught and becomes an error. The fuzzer's own hook would end the run.
+    static QUIET: std::sync::Once = std::sync::Once::new();
+    QUIET.call_once(|| std::panic::set_hook(Box::new(|panic| eprintln!("{panic}"))));
+    let files = split(bytes);
+    let (listed, peak) = with_peak(|| volume::dicom::list(&files));
+    // An archive's files are as long as deflate can make them, and their beginnings are read four times longer each time.
+    let expansion = if bytes.starts_with(b"PK") { 4 * 1032 } else { PER_TEXT_BYTE };
+    let most = (FIXED_BYTES << 2) + expansion * bytes.len() as u64;
+    assert!(peak <= most, "the list took {peak} bytes, {most} at most were expected");
+    listed.left_out.iter().for_each(|one| assert!(one.to_string().len() < 4096, "{one}"));
+    let settings = volume::dicom::DicomReadSettings { max_bytes: VOLUME_BYTES, ..Default::default() };
+    for listed in listed.series.iter().flat_map(|series| &series.volumes) {
+        let (read, peak) = with_peak(|| listed.read(&settings, &Default::default()));
+        // Slices that are fitted to the budget are there at once with their files and with what a codec makes of one.
+        let most = (FIXED_BYTES << 6) + 8 * VOLUME_BYTES + 32 * expansion * bytes.len() as u64;
+        assert!(peak <= most, "{listed:?} took {peak} bytes, {most} at most were expected");
+        match read {
+            Ok(volume) => {
+                assert_eq!(volume.voxel_count(), volume.intensities().len() as u64);
+                let [low, high] = volume.range();
+                assert!(low.is_finite() && high.is_finite() && low <= high);
+                TransferFunction::for_volume(&volume).validate().expect("a usable first look");
+            }
+            Err(error) => assert!(error.to_string().len() < 4096, "{error}"),
+        }
+    }
+}
+
+/// Files, apart at [`DATA_FILE`].
+fn split(mut bytes: &[u8]) -> Vec<&[u8]> {
+    let mut files = Vec::new();
+    while let Some(at) = bytes.windows(DATA_FILE.len()).position(|window| window == DATA_FILE) {
+        files.push(&bytes[..at]);
+        bytes = &bytes[at + DATA_FILE.len()..];
+    }
+    files.push(bytes);
+    files
+}
+
 /// The result, if it was read. Otherwise the error must be of a readable length, whatever it cites.
 fn checked<T>(result: Result<T, VolumeError>) -> Option<T> {
     result.map_err(|error| assert!(error.to_string().len() < 4096, "{error}")).ok()

@@ -2,6 +2,11 @@
 
 #[path = "../../src/volume/asset.rs"]
 pub(crate) mod asset;
+#[path = "budget.rs"]
+pub(crate) mod budget;
+#[cfg(feature = "dicom")]
+#[path = "dicom.rs"]
+pub mod dicom;
 #[path = "../../src/volume/error.rs"]
 pub(crate) mod error;
 #[path = "../../src/volume/halve.rs"]
@@ -18,6 +23,8 @@ pub(crate) mod transfer_function;
 pub(crate) mod transfer_function_error;
 #[path = "../../src/volume/transfer_function_files.rs"]
 mod transfer_function_files;
+#[path = "../../src/volume/transfer_function_samples.rs"]
+mod transfer_function_samples;
 
 pub use asset::{Intensities, Volume};
 pub use error::{VolumeError, VolumeFileError};

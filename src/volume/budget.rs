@@ -73,6 +73,12 @@ impl VolumeSize {
         Self { dimensions: volume.dimensions(), bytes_per_voxel: intensity + 2 * stored.scalar }
     }
 
+    /// Size of a volume that is yet to be read, on a device that stores single bytes.
+    #[cfg(feature = "dicom")]
+    pub fn of_grid(dimensions: UVec3, bytes_per_intensity: u64) -> Self {
+        Self { dimensions, bytes_per_voxel: bytes_per_intensity + 2 }
+    }
+
     fn halved(self) -> Self {
         Self { dimensions: self.dimensions.map(|voxels| voxels.div_ceil(2)), ..self }
     }

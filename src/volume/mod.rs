@@ -3,6 +3,8 @@
 mod asset;
 mod bake;
 mod budget;
+#[cfg(feature = "dicom")]
+pub mod dicom;
 mod error;
 mod events;
 mod fit;
@@ -87,5 +89,8 @@ impl Plugin for VolumePlugin {
                 )
                     .before(AssetEventSystems),
             );
+        // After the other loader, so that it gets names without an ending: files of a hospital often have none.
+        #[cfg(feature = "dicom")]
+        app.init_resource::<dicom::DicomLoads>().init_asset_loader::<dicom::DicomLoader>();
     }
 }

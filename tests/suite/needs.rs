@@ -4,7 +4,7 @@
 //! `#[ignore]` and features are chosen for a build. A machine's resources show only when a test runs.
 
 use bevy::render::{render_resource::WgpuFeatures, renderer::RenderDevice};
-use std::{io::Write, path::PathBuf, thread};
+use std::{io::Write, path::PathBuf, process::Command, thread};
 
 use crate::{headless::project_folder, scene::TestScene};
 
@@ -12,13 +12,28 @@ use crate::{headless::project_folder, scene::TestScene};
 pub const QUERIES: WgpuFeatures =
     WgpuFeatures::TIMESTAMP_QUERY.union(WgpuFeatures::PIPELINE_STATISTICS_QUERY);
 
-/// The folder of real volumes.
+/// The folder of real volumes: `../shared/volumes`, unless `CONTEXTUAL_AO_VOLUMES` names another.
 pub fn shared_volumes() -> Option<PathBuf> {
-    let folder = project_folder().join("../shared/volumes");
+    let named = std::env::var_os("CONTEXTUAL_AO_VOLUMES").map(PathBuf::from);
+    let folder = named.unwrap_or_else(|| project_folder().join("../shared/volumes"));
     if folder.is_dir() {
         return Some(folder);
     }
     skip("../shared/volumes");
+    None
+}
+
+/// A program of another reader, for comparison: its path by the environment variable, else `name`.
+///
+/// It is there if it runs with `arguments`.
+pub fn program(variable: &str, name: &str, arguments: &[&str]) -> Option<Command> {
+    let path = std::env::var_os(variable).unwrap_or_else(|| name.into());
+    let runs = Command::new(&path).args(arguments).output();
+    // `dcm2niix -v` ends with a code of its own.
+    if runs.is_ok_and(|output| output.status.code().is_some_and(|code| code != 1)) {
+        return Some(Command::new(path));
+    }
+    skip(&format!("{name} ({})", arguments.join(" ")));
     None
 }
 

@@ -1,0 +1,197 @@
+//! Scans at random are read as they were written.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use bevy::math::UVec3;
+use bevy_contextual_ao::volume::{
+    Volume,
+    dicom::{Dicom, DicomProgress, DicomReadSettings, DicomVolume, Reason, UnevenSlices, read_dicom},
+};
+use contextual_ao_kit::random::Random;
+
+use super::{scan::Scan, written::Syntax};
+use crate::small_files::Scratch;
+
+/// Rounding of values in doubles: they are below 200000.
+const ROUNDING: f64 = 1e-9;
+
+fn shuffled(random: &mut Random, count: u32) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..count).collect();
+    for index in (1..order.len()).rev() {
+        order.swap(index, random.below(index + 1));
+    }
+    order
+}
+
+/// Writes slices under names that say nothing, in folders within each other.
+fn write(scratch: &Scratch, files: Vec<Vec<u8>>) -> PathBuf {
+    std::fs::create_dir_all(scratch.0.join("scan/deeper")).unwrap();
+    for (index, bytes) in files.into_iter().enumerate() {
+        let folder = if index % 2 == 0 { "scan" } else { "scan/deeper" };
+        scratch.write(&format!("{folder}/{index}"), &bytes);
+    }
+    scratch.0.join("scan")
+}
+
+fn list(path: PathBuf) -> Dicom {
+    read_dicom(&[path]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+pub fn read(volume: &DicomVolume) -> Volume {
+    let progress = DicomProgress::default();
+    let read =
+        volume.read(&DicomReadSettings::default(), &progress).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!([progress.done(), progress.total()], [volume.slices(); 2]);
+    read
+}
+
+/// The only volume of the only series.
+fn only(dicom: &Dicom) -> &DicomVolume {
+    let [series] = &dicom.series[..] else { panic!("{dicom:?}") };
+    let [volume] = &series.volumes[..] else { panic!("{dicom:?}") };
+    volume
+}
+
+#[test]
+fn a_scan_is_read_as_written() {
+    let mut random = Random(11);
+    for round in 0..80 {
+        let scratch = Scratch::new(&format!("dicom_scan_{round}"));
+        let scan = Scan::random(&mut random);
+        let order = shuffled(&mut random, scan.size.z);
+        let mut files: Vec<_> = order.iter().map(|&z| scan.slice(z, z)).collect();
+        files.push(scan.slice(order[0], order[0]));
+        files.extend(scan.others().into_iter().map(|(_, bytes)| bytes));
+        let dicom = list(write(&scratch, files));
+        let volume = only(&dicom);
+        scan.check(&read(volume), ROUNDING, |at| scan.in_units(at));
+        assert!(volume.warnings().is_empty(), "{:?}", volume.warnings());
+        let mut reasons = BTreeMap::new();
+        for one in &dicom.left_out {
+            let reason = match one.reason {
+                Reason::Duplicate { .. } => "duplicate",
+                Reason::Localizer => "localizer",
+                Reason::NoPixels { .. } => "report",
+                Reason::NotDicom => "text",
+                _ => "other",
+            };
+            *reasons.entry(reason).or_insert(0) += 1;
+        }
+        let expected = [("duplicate", 1), ("localizer", 1), ("report", 1), ("text", 1)];
+        assert_eq!(reasons, BTreeMap::from(expected), "{:?}", dicom.left_out);
+    }
+}
+
+#[test]
+fn frames_of_one_file_are_the_slices_of_many() {
+    let mut random = Random(12);
+    for round in 0..40 {
+        let scratch = Scratch::new(&format!("dicom_frames_{round}"));
+        let scan = Scan::random(&mut random);
+        let order = shuffled(&mut random, scan.size.z);
+        let path = scratch.write("frames", &scan.multi_frame(&order));
+        scan.check(&read(only(&list(path))), ROUNDING, |at| scan.in_units(at));
+    }
+}
+
+#[test]
+fn a_missing_slice_is_interpolated_with_a_warning_or_refused() {
+    let mut random = Random(13);
+    for round in 0..40 {
+        let scratch = Scratch::new(&format!("dicom_missing_{round}"));
+        let mut scan = Scan::random(&mut random);
+        while scan.size.z < 5 {
+            scan = Scan::random(&mut random);
+        }
+        // The neighbours of the second are a step and two steps apart.
+        let missing = 2;
+        let files = (0..scan.size.z).filter(|&z| z != missing).map(|z| scan.slice(z, z)).collect();
+        let dicom = list(write(&scratch, files));
+        let volume = only(&dicom);
+        let warning = volume.warnings().concat();
+        let step = scan.step.dot(scan.axes[0].cross(scan.axes[1]));
+        for length in [step, 2.0 * step] {
+            assert!(warning.contains(&format!("{length:.2} mm")), "{warning}");
+        }
+        // A number between two may be rounded by half a step.
+        let tolerance = 0.5 * scan.rescale[0][0] + ROUNDING;
+        scan.check(&read(volume), tolerance, |at| {
+            if at.z == missing {
+                let beside = [missing - 1, missing + 1].map(|z| UVec3 { z, ..at });
+                beside.map(|at| scan.in_units(at)).iter().sum::<f64>() / 2.0
+            } else {
+                scan.in_units(at)
+            }
+        });
+        let refuse = DicomReadSettings { uneven: UnevenSlices::Refuse, ..Default::default() };
+        let refused = volume.read(&refuse, &DicomProgress::default()).expect_err("a slice is missing");
+        assert!(refused.to_string().contains("must be even"), "{refused}");
+    }
+}
+
+#[test]
+fn slopes_of_slices_become_one() {
+    let mut random = Random(14);
+    for round in 0..40 {
+        let scratch = Scratch::new(&format!("dicom_slopes_{round}"));
+        let mut scan = Scan::random(&mut random);
+        for rescale in &mut scan.rescale {
+            *rescale = [0.01 + f64::from(random.share()), f64::from(random.signed()) * 100.0];
+        }
+        let files = (0..scan.size.z).map(|z| scan.slice(z, z)).collect();
+        let volume = read(only(&list(write(&scratch, files))));
+        // The range of all values has 65535 steps.
+        let values: Vec<f64> = scan.voxels().map(|at| scan.in_units(at)).collect();
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)));
+        scan.check(&volume, 0.5 * (high - low) / 65_535.0 + ROUNDING, |at| scan.in_units(at));
+    }
+}
+
+#[test]
+fn padding_is_air_and_dark_is_bright() {
+    let mut random = Random(15);
+    for round in 0..40 {
+        let scratch = Scratch::new(&format!("dicom_padding_{round}"));
+        let mut scan = Scan { syntax: Syntax::Explicit, modality: "MR", ..Scan::random(&mut random) };
+        let padding = *scan.values.iter().min().unwrap();
+        scan.padding = Some(padding);
+        scan.photometric = random.pick(&["MONOCHROME1", "MONOCHROME2"]);
+        let files = (0..scan.size.z).map(|z| scan.slice(z, z)).collect();
+        let dicom = list(write(&scratch, files));
+        let volume = read(only(&dicom));
+        let sign = if scan.photometric == "MONOCHROME1" { -1.0 } else { 1.0 };
+        let is_padding = |at: UVec3| scan.value(at) == padding;
+        let real = scan.voxels().filter(|&at| !is_padding(at)).map(|at| sign * scan.in_units(at));
+        let air = real.fold(f64::MAX, f64::min);
+        scan.check(&volume, ROUNDING, |at| if is_padding(at) { air } else { sign * scan.in_units(at) });
+        assert_eq!(volume.background_voxels(), scan.voxels().filter(|&at| is_padding(at)).count() as u64);
+    }
+}
+
+#[test]
+fn echoes_are_volumes_of_one_series() {
+    let scratch = Scratch::new("dicom_echoes");
+    let mut random = Random(16);
+    let first = Scan { echo_ms: 4.5, ..Scan::random(&mut random) };
+    let mut second = Scan { echo_ms: 12.0, ..first.clone() };
+    second.values.reverse();
+    let files = (0..first.size.z).flat_map(|z| [second.slice(z, 2 * z), first.slice(z, 2 * z + 1)]).collect();
+    let dicom = list(write(&scratch, files));
+    let [series] = &dicom.series[..] else { panic!("{dicom:?}") };
+    let labels: Vec<_> = series.volumes.iter().map(DicomVolume::label).collect();
+    assert_eq!(labels, ["echo time 4.5", "echo time 12"]);
+    for (scan, volume) in [first, second].iter().zip(&series.volumes) {
+        scan.check(&read(volume), ROUNDING, |at| scan.in_units(at));
+    }
+}
+
+#[test]
+fn nothing_of_the_patient_is_printed() {
+    let scratch = Scratch::new("dicom_patient");
+    let scan = Scan::random(&mut Random(17));
+    let mut files: Vec<_> = (0..scan.size.z).map(|z| scan.slice(z, z)).collect();
+    files.extend(scan.others().into_iter().map(|(_, bytes)| bytes));
+    let dicom = list(write(&scratch, files));
+    let printed = format!("{dicom:?} {} {:?}", dicom.series[0], read(only(&dicom)));
+    assert!(!printed.contains("Secret") && !printed.contains("1901"), "{printed}");
+}
