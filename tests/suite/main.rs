@@ -26,7 +26,6 @@ mod cut_surfaces;
 mod depth;
 mod directional;
 mod drawing;
-// mod effects;
 mod exact;
 mod faults;
 mod features;
