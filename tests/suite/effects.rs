@@ -85,7 +85,7 @@ fn volumetric_fog_ends_at_a_volume_as_at_a_mesh() {
     let fog = FogVolume { density_factor: 25.0, fog_color: Color::linear_rgb(0.3, 0.5, 1.0), ..default() };
     world.spawn((fog, Transform::from_scale(Vec3::splat(0.08))));
     world.entity_mut(camera).insert(VolumetricFog { ambient_intensity: 2.0, step_count: 64, ..default() });
-    let mut picture = |balls: &mut Balls, shown: Entity, hidden: Entity| {
+    let picture = |balls: &mut Balls, shown: Entity, hidden: Entity| {
         balls.scene.world().entity_mut(shown).insert(Visibility::Inherited);
         balls.scene.world().entity_mut(hidden).insert(Visibility::Hidden);
         balls.scene.headless.frames(4);

@@ -7,12 +7,13 @@ use bevy::{
     render::{
         diagnostic::RecordDiagnostics,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor, BindingResource,
-            BufferId, CachedRenderPipelineId, CompareFunction, DepthStencilState, Extent3d, FragmentState,
-            LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment, RenderPassDescriptor,
-            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
-            StoreOp, TextureDescriptor, TextureDimension, TextureUsages, TextureViewDimension, TextureViewId,
-            VertexState,
+            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            BindingResource, BufferId, CachedRenderPipelineId, CompareFunction, DepthStencilState, Extent3d,
+            FragmentState, LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment,
+            RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
+            SpecializedRenderPipelines, StoreOp, TextureDescriptor, TextureDimension, TextureUsages,
+            TextureViewDimension, TextureViewId, VertexState,
+            binding_types::{texture_depth_2d, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice},
         sync_world::MainEntity,
@@ -20,7 +21,6 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::maps::ShadowMapPipeline;
 use crate::{
     diagnostics::SPAN_SHADOWS,
     drawing::pipeline::{
@@ -40,6 +40,8 @@ const SIZE_STEP: u32 = 64;
 pub(in crate::drawing) struct ShadowPipeline {
     shader: Handle<Shader>,
     layout: BindGroupLayoutDescriptor,
+    /// Of the depths and the view, for drawing into a shadow map.
+    pub of_maps: BindGroupLayoutDescriptor,
 }
 
 /// How rays of light are followed, and whether only an isosurface stops them.
@@ -86,10 +88,14 @@ pub(in crate::drawing) struct ShadowJob {
 
 impl FromWorld for ShadowPipeline {
     fn from_world(world: &mut World) -> Self {
-        let entries = marched_layout_entries(ShaderStages::FRAGMENT);
+        let stages = ShaderStages::FRAGMENT;
+        let entries = marched_layout_entries(stages);
+        let depths_and_view = (texture_depth_2d(), uniform_buffer::<MarchedViewUniform>(true));
+        let of_maps = BindGroupLayoutEntries::sequential(stages, depths_and_view);
         Self {
             shader: load_embedded_asset!(world, "depths.wgsl"),
             layout: BindGroupLayoutDescriptor::new("contextual_ao_shadow", &entries),
+            of_maps: BindGroupLayoutDescriptor::new("contextual_ao_shadow_map", &of_maps),
         }
     }
 }
@@ -124,7 +130,7 @@ pub(super) fn prepare_shadows(
     windows: Res<VolumeWindows>,
     store: Res<VolumeStore>,
     clip_maps: Res<ClipMaps>,
-    (base, maps): (Res<ShadowPipeline>, Res<ShadowMapPipeline>),
+    base: Res<ShadowPipeline>,
     mut pipelines: ResMut<SpecializedRenderPipelines<ShadowPipeline>>,
     gpu: Gpu,
     mut shadows: ResMut<Shadows>,
@@ -164,7 +170,7 @@ pub(super) fn prepare_shadows(
             let of_map = kept.group.of((texture.view.id(), views.id()), || {
                 let view = ViewArray::<MarchedViewUniform>::binding(views, 1);
                 let entries = BindGroupEntries::sequential((&texture.view, view));
-                let layout = gpu.cache.get_bind_group_layout(&maps.layout);
+                let layout = gpu.cache.get_bind_group_layout(&base.of_maps);
                 gpu.device.create_bind_group("contextual_ao_shadow_map", &layout, &entries)
             });
             jobs.entry(light.view).or_default().push(ShadowJob {

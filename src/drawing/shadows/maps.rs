@@ -15,35 +15,29 @@ use bevy::{
     },
 };
 
-use super::depths::Shadows;
-use crate::{
-    drawing::pipeline::{bind_group_defs, depth_of_shader},
-    render::MarchedViewUniform,
-};
+use super::depths::{ShadowPipeline, Shadows};
+use crate::drawing::pipeline::{bind_group_defs, depth_of_shader};
 
 /// The pipeline.
 #[derive(Resource)]
 pub(super) struct ShadowMapPipeline {
-    pub layout: BindGroupLayoutDescriptor,
     pipeline: CachedRenderPipelineId,
 }
 
 impl FromWorld for ShadowMapPipeline {
     fn from_world(world: &mut World) -> Self {
-        let depths_and_view = (texture_depth_2d(), uniform_buffer::<MarchedViewUniform>(true));
-        let entries = BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, depths_and_view);
-        let layout = BindGroupLayoutDescriptor::new("contextual_ao_shadow_map", &entries);
+        let layout = world.resource::<ShadowPipeline>().of_maps.clone();
         let shader: Handle<Shader> = load_embedded_asset!(world, "maps.wgsl");
         let shader_defs = bind_group_defs(0).to_vec();
         let pipeline = world.resource::<PipelineCache>().queue_render_pipeline(RenderPipelineDescriptor {
             label: Some("contextual_ao_shadow_map".into()),
-            layout: vec![layout.clone()],
+            layout: vec![layout],
             vertex: VertexState { shader: shader.clone(), shader_defs: shader_defs.clone(), ..default() },
             fragment: Some(FragmentState { shader, shader_defs, ..default() }),
             depth_stencil: Some(depth_of_shader()),
             ..default()
         });
-        Self { layout, pipeline }
+        Self { pipeline }
     }
 }
 
