@@ -6,10 +6,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedRenderPipelineId, FragmentState,
-            PipelineCache, RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages, StoreOp,
-            VertexState,
-            binding_types::{texture_depth_2d, uniform_buffer},
+            CachedRenderPipelineId, FragmentState, PipelineCache, RenderPassDescriptor,
+            RenderPipelineDescriptor, StoreOp, VertexState,
         },
         renderer::{RenderContext, ViewQuery},
     },
