@@ -16,6 +16,8 @@ mod image;
 mod left_out;
 #[path = "../../src/volume/dicom/parallel.rs"]
 mod parallel;
+#[path = "../../src/volume/dicom/parse.rs"]
+mod parse;
 #[path = "../../src/volume/dicom/phases.rs"]
 mod phases;
 #[path = "../../src/volume/dicom/pixels.rs"]

@@ -10,8 +10,9 @@ use std::{
 use rawzip::{CompressionMethod, ZipArchive};
 
 use super::{
-    data_set::{DataSet, Unparsed, parse},
+    data_set::DataSet,
     left_out::{LeftOut, Reason},
+    parse::{Unparsed, parse},
     source::{Entry, Source},
     tags,
 };

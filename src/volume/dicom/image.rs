@@ -1,8 +1,9 @@
 //! A file's image: the pixels' format, and what all of its frames share.
 
 use super::{
-    data_set::{DataSet, Parsed, PixelData},
+    data_set::DataSet,
     left_out::Reason,
+    parse::{Parsed, PixelData},
     source::Source,
     suv::Suv,
     syntax::Syntax,

@@ -16,6 +16,7 @@ mod image;
 mod left_out;
 mod loader;
 mod parallel;
+mod parse;
 mod phases;
 mod pixels;
 mod read;

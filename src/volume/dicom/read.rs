@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    data_set::{Unparsed, parse},
     find::{Found, find, reason},
     image::Image,
     left_out::{LeftOut, Reason},
     parallel::{DicomProgress, each},
+    parse::{Unparsed, parse},
     series::sort,
     slice::{Slice, slices},
     source::Source,

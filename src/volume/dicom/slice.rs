@@ -5,9 +5,10 @@ use std::sync::Arc;
 use bevy::math::DVec3;
 
 use super::{
-    data_set::{DataSet, Parsed},
+    data_set::DataSet,
     image::{Image, code},
     left_out::Reason,
+    parse::Parsed,
     tags::{self, Tag},
 };
 use crate::volume::{

@@ -1,6 +1,6 @@
 //! Transfer syntaxes: how pixels are stored.
 
-use super::data_set::{DEFLATED, EXPLICIT_BIG, EXPLICIT_LITTLE, IMPLICIT_LITTLE};
+use super::parse::{DEFLATED, EXPLICIT_BIG, EXPLICIT_LITTLE, IMPLICIT_LITTLE};
 
 /// Storage of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

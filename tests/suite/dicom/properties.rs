@@ -5,11 +5,16 @@ use std::{collections::BTreeMap, path::PathBuf};
 use bevy::math::UVec3;
 use bevy_contextual_ao::volume::{
     Volume,
-    dicom::{Dicom, DicomProgress, DicomReadSettings, DicomVolume, Reason, UnevenSlices, read_dicom},
+    dicom::{
+        Dicom, DicomProgress, DicomReadSettings, DicomUnit, DicomVolume, Reason, UnevenSlices, read_dicom,
+    },
 };
 use contextual_ao_kit::random::Random;
 
-use super::{scan::Scan, written::Syntax};
+use super::{
+    scan::Scan,
+    written::{Field, Syntax, numbers, text},
+};
 use crate::small_files::Scratch;
 
 /// Rounding of values in doubles: they are below 200000.
@@ -182,6 +187,69 @@ fn echoes_are_volumes_of_one_series() {
     assert_eq!(labels, ["echo time 4.5", "echo time 12"]);
     for (scan, volume) in [first, second].iter().zip(&series.volumes) {
         scan.check(&read(volume), ROUNDING, |at| scan.in_units(at));
+    }
+}
+
+#[test]
+fn slices_that_no_field_tells_apart_are_volumes_by_number_with_a_warning() {
+    let scratch = Scratch::new("dicom_passes");
+    let first = Scan::random(&mut Random(18));
+    let mut second = first.clone();
+    second.values.reverse();
+    // Their InstanceNumbers fall with these identifiers.
+    let files = (0..first.size.z).flat_map(|z| [second.slice(z, z), first.slice(z, 100 + z)]).collect();
+    let dicom = list(write(&scratch, files));
+    let [series] = &dicom.series[..] else { panic!("{dicom:?}") };
+    for (scan, volume) in [first, second].iter().zip(&series.volumes) {
+        assert!(volume.warnings().concat().contains("no field tells them apart"), "{:?}", volume.warnings());
+        scan.check(&read(volume), ROUNDING, |at| scan.in_units(at));
+    }
+}
+
+#[test]
+fn pet_is_in_suv_where_the_header_allows_it() {
+    let mut random = Random(19);
+    let dose = vec![
+        text(0x0018_1072, "TM", "100000"),
+        text(0x0018_1074, "DS", "370000000"),
+        text(0x0018_1075, "DS", "6586.2"),
+    ];
+    let all = [
+        text(0x0054_1001, "CS", "BQML"),
+        text(0x0028_0051, "CS", "NORM\\DECY\\ATTN"),
+        text(0x0054_1102, "CS", "START"),
+        text(0x0008_0021, "DA", "20200101"),
+        text(0x0008_0031, "TM", "110000.00"),
+        text(0x0010_1030, "DS", "70"),
+        Field::Items(0x0054_0016, vec![dose]),
+        numbers(0x0028_1050, &[10_000.0]),
+        numbers(0x0028_1051, &[20_000.0]),
+    ];
+    // An hour of decay before the scan.
+    let suv = 70.0 * 1000.0 / (3.7e8 * 0.5f64.powf(3600.0 / 6586.2));
+    for (missing, reason) in [(9, ""), (1, "ATTN or DECY"), (4, "SeriesTime"), (5, "PatientWeight")] {
+        let scratch = Scratch::new(&format!("dicom_pet_{missing}"));
+        let mut more = all.to_vec();
+        if missing < more.len() {
+            more.remove(missing);
+        }
+        let scan = Scan { modality: "PT", more, ..Scan::random(&mut random) };
+        let files = (0..scan.size.z).map(|z| scan.slice(z, z)).collect();
+        let dicom = list(write(&scratch, files));
+        let listed = only(&dicom);
+        let volume = read(listed);
+        let factor = if reason.is_empty() { suv } else { 1.0 };
+        scan.check(&volume, ROUNDING, |at| factor * scan.in_units(at));
+        if reason.is_empty() {
+            assert_eq!(listed.unit(), DicomUnit::Suv);
+        } else {
+            assert_eq!(listed.unit(), DicomUnit::Other("BQML".into()));
+            assert!(listed.warnings().concat().contains(reason), "{:?}", listed.warnings());
+        }
+        // The window is in the volume's unit, and is the first look.
+        let look = listed.first_look(&volume);
+        let [from, to] = [look.points.first(), look.points.last()].map(|point| point.unwrap().value);
+        assert!(from.abs() < 1e-6 && (f64::from(to) - 20_000.0 * factor).abs() < 1e-2, "{from} to {to}");
     }
 }
 

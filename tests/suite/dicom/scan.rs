@@ -27,6 +27,8 @@ pub struct Scan {
     pub photometric: &'static str,
     pub padding: Option<i64>,
     pub echo_ms: f64,
+    /// More fields of every file.
+    pub more: Vec<Field>,
 }
 
 impl Scan {
@@ -65,6 +67,7 @@ impl Scan {
             photometric: "MONOCHROME2",
             padding: None,
             echo_ms: 5.0,
+            more: Vec::new(),
         }
     }
 
@@ -131,6 +134,7 @@ impl Scan {
             // A sequence that is skipped, with a picture of its own.
             Field::Items(0x0088_0200, vec![vec![short(0x0028_0010, 1)], vec![short(0x0028_0011, 1)]]),
         ];
+        fields.extend(self.more.iter().cloned());
         if let Some(padding) = self.padding {
             let representation = if self.signed { "SS" } else { "US" };
             fields.push(Field::Value(0x0028_0120, representation, (padding as u16).to_le_bytes().to_vec()));

@@ -23,7 +23,7 @@ impl Syntax {
 }
 
 /// A field: its tag, its representation and its value in little endian, or the items of a sequence.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub enum Field {
     Value(u32, &'static str, Vec<u8>),
     Items(u32, Vec<Vec<Field>>),
