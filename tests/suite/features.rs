@@ -27,6 +27,10 @@ const ALLOWED: &[(&str, &[(&str, &str)])] = &[
         &[("bevy", "bevy_anti_alias"), ("bevy_internal", "bevy_anti_alias")],
     ),
     (
+        "Bevy's depth of field and fog, which read the depths of volumes",
+        &[("bevy", "bevy_post_process"), ("bevy_internal", "bevy_post_process")],
+    ),
+    (
         "Bevy's lines of gizmos, which tests look at",
         &[("bevy", "bevy_gizmos_render"), ("bevy_internal", "bevy_gizmos_render")],
     ),
