@@ -58,14 +58,7 @@ const SECONDARY_CAPTURE_CLASS: &str = "1.2.840.10008.5.1.4.1.1.7";
 
 impl Image {
     /// Reads an image's fields, or tells why it is no slice.
-    pub fn of(source: Source, parsed: &Parsed) -> Result<Self, (Source, Reason)> {
-        match Self::parts(&source, parsed) {
-            Ok(image) => Ok(Self { source, ..image }),
-            Err(reason) => Err((source, reason)),
-        }
-    }
-
-    fn parts(source: &Source, parsed: &Parsed) -> Result<Self, Reason> {
+    pub fn of(source: &Source, parsed: &Parsed) -> Result<Self, Reason> {
         let fields = &parsed.fields;
         let text = |tag| fields.text(tag).map(code);
         let class = fields.text(tags::SOP_CLASS_UID).unwrap_or_default();

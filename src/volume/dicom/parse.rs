@@ -179,10 +179,11 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<PixelData>, Unparsed> {
         loop {
             match until {
-                Until::Group(group) if self.at < self.bytes.len() || self.whole => {
-                    if self.peek_group().map(u32::from) != Some(group) {
-                        return Ok(None);
-                    }
+                Until::Group(group)
+                    if (self.at < self.bytes.len() || self.whole)
+                        && self.peek_group().map(u32::from) != Some(group) =>
+                {
+                    return Ok(None);
                 }
                 Until::Byte(end) if self.at >= end => return Ok(None),
                 // Bytes that are too few for a field pad the file.

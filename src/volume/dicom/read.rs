@@ -86,8 +86,10 @@ fn header(source: Source) -> Result<Vec<Slice>, LeftOut> {
             Err(Unparsed::Short) if !whole => length = length.saturating_mul(4),
             Err(unparsed) => return Err(LeftOut { path: source.path, reason: reason(unparsed) }),
             Ok(parsed) => {
-                let image = Image::of(source, &parsed)
-                    .map_err(|(source, reason)| LeftOut { path: source.path, reason })?;
+                let image = match Image::of(&source, &parsed) {
+                    Ok(image) => image,
+                    Err(reason) => return Err(LeftOut { path: source.path, reason }),
+                };
                 return slices(image, &parsed)
                     .map_err(|(image, reason)| LeftOut { path: image.source.path.clone(), reason });
             }
