@@ -16,8 +16,9 @@ use syn::{Item, Visibility as SynVisibility};
 use crate::headless::project_folder;
 
 /// Public components and resources that are no settings: what is derived, measured or lives on the GPU.
-const DERIVED: [&str; 7] = [
+const DERIVED: [&str; 8] = [
     "ClipCamera",
+    "DicomLoads",
     "ListedBricks",
     "LookupTable",
     "OcclusionReady",
