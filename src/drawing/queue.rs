@@ -20,8 +20,8 @@ use core::ops::Range;
 use super::{
     depth::DepthPipeline,
     merging::{
-        MergedDraws, MergedPipelines, MergingPipelines, Part, Translucents, WorldBox, groups_of, parts_of,
-        whole_behind,
+        DrawnPart, MergedDraws, MergedPipelines, MergingPipelines, Translucents, WorldBox, groups_of,
+        parts_of, whole_behind,
     },
     phase::{DrawCutOffRays, DrawFarSamples, DrawVolume},
     pipeline::{DrawPipeline, DrawVariant},
@@ -189,7 +189,7 @@ impl Queue<'_> {
     }
 
     /// Parts of a group of volumes between the meshes in it.
-    fn parts_of(&self, members: &[&Shown], meshes: &[(WorldBox, f32)]) -> Vec<Part> {
+    fn parts_of(&self, members: &[&Shown], meshes: &[(WorldBox, f32)]) -> Vec<DrawnPart> {
         let inside = meshes
             .iter()
             .filter(|(of_mesh, _)| members.iter().any(|shown| shown.world_box.may_meet(of_mesh)));
@@ -261,8 +261,8 @@ impl Queue<'_> {
         &mut self,
         members: &[&Shown],
         pipelines: &[MergedPipelines],
-        parts: &[Part],
-        mut record: impl FnMut(usize, Part) -> u32,
+        parts: &[DrawnPart],
+        mut record: impl FnMut(usize, DrawnPart) -> u32,
     ) {
         let Functions { volume, far_samples, .. } = *self.functions;
         for part in parts {

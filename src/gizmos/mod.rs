@@ -1,7 +1,7 @@
 //! Gizmos: boxes of volumes, clip cameras, reaches of carvers and listed bricks, drawn by Bevy's gizmos.
 //!
 //! [`VolumeGizmoConfigGroup`] says what is drawn, and in which colours. Its store is Bevy's
-//! [`GizmoConfigStore`](bevy::gizmos::config::GizmoConfigStore). [`ShowVolumeGizmos`] asks for the gizmos of one entity.
+//! [`GizmoConfigStore`]. [`ShowVolumeGizmos`] asks for the gizmos of one entity.
 //! They need Bevy's `GizmoPlugin`, as with `DefaultPlugins`, and its feature `bevy_gizmos_render` to be seen.
 
 mod boxes;

@@ -64,7 +64,7 @@ fn transmittance_to(curves: CurvesOf, pixel: vec2<u32>, depth: f32) -> f32 {
 }
 
 // The part of a pixel's ray that is drawn, and the volumes that share its space.
-struct Part {
+struct DrawnPart {
     pixel: vec2<u32>,
     // Depths at which it begins and ends.
     begin_depth: f32,
@@ -77,7 +77,7 @@ struct Part {
     before: f32,
 }
 
-var<private> part: Part;
+var<private> part: DrawnPart;
 
 fn product_of_others(depth: f32) -> f32 {
     var product = 1.0;

@@ -25,7 +25,7 @@ use bevy::{
 };
 
 pub(super) use boxes::{WorldBox, groups_of};
-pub(super) use parts::{Part, parts_of, whole_behind};
+pub(super) use parts::{DrawnPart, parts_of, whole_behind};
 pub(super) use pipelines::{MergedPipelines, MergingPipelines};
 pub(super) use records::{MERGED_BINDING, MergedDraws};
 pub(super) use translucents::Translucents;

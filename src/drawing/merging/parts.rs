@@ -8,7 +8,7 @@ const FAR: f32 = f32::MAX;
 
 /// A part of view rays. Depths are distances from the plane through the camera, world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::drawing) struct Part {
+pub(in crate::drawing) struct DrawnPart {
     pub begin_depth: f32,
     pub end_depth: f32,
     /// Depth by which it is sorted among translucent objects.
@@ -20,10 +20,10 @@ const BEHIND: f32 = 1e-5;
 
 /// A whole group of volumes whose depths hide translucent meshes, pixel by pixel: it is drawn before those in it, whose depths
 /// are given.
-pub(in crate::drawing) fn whole_behind(meshes: &[f32], [_, far]: [f32; 2], whole_depth: f32) -> Part {
+pub(in crate::drawing) fn whole_behind(meshes: &[f32], [_, far]: [f32; 2], whole_depth: f32) -> DrawnPart {
     let farthest =
         meshes.iter().filter(|depth| **depth < far).fold(whole_depth, |a, b| a.max(b * (1.0 + BEHIND)));
-    Part { begin_depth: 0.0, end_depth: FAR, sorted_depth: farthest }
+    DrawnPart { begin_depth: 0.0, end_depth: FAR, sorted_depth: farthest }
 }
 
 /// Parts of a group of volumes, farthest first. The planes are where the centres of translucent meshes are; beyond
@@ -32,19 +32,23 @@ pub(in crate::drawing) fn parts_of(
     mut planes: Vec<f32>,
     [near, far]: [f32; 2],
     whole_depth: f32,
-) -> Vec<Part> {
+) -> Vec<DrawnPart> {
     planes.retain(|depth| *depth > near.max(0.0) && *depth < far);
     planes.sort_by(f32::total_cmp);
     planes.dedup();
     planes.truncate(MOST_PARTS - 1);
     if planes.is_empty() {
-        return vec![Part { begin_depth: 0.0, end_depth: FAR, sorted_depth: whole_depth }];
+        return vec![DrawnPart { begin_depth: 0.0, end_depth: FAR, sorted_depth: whole_depth }];
     }
     let begins = [near].into_iter().chain(planes.iter().copied());
     let ends = planes.iter().copied().chain([far]);
     let mut parts: Vec<_> = begins
         .zip(ends)
-        .map(|(begin, end)| Part { begin_depth: begin, end_depth: end, sorted_depth: 0.5 * (begin + end) })
+        .map(|(begin, end)| DrawnPart {
+            begin_depth: begin,
+            end_depth: end,
+            sorted_depth: 0.5 * (begin + end),
+        })
         .collect();
     if let Some(first) = parts.first_mut() {
         first.begin_depth = 0.0;
@@ -73,7 +77,7 @@ mod tests {
     fn planes_outside_of_the_volume_divide_nothing_and_their_number_is_bounded() {
         assert_eq!(
             parts_of(vec![1.0, 7.0], [2.0, 6.0], 4.5),
-            [Part { begin_depth: 0.0, end_depth: FAR, sorted_depth: 4.5 }]
+            [DrawnPart { begin_depth: 0.0, end_depth: FAR, sorted_depth: 4.5 }]
         );
         let many = parts_of((1..100).map(|k| k as f32).collect(), [0.5, 200.0], 0.0);
         assert_eq!(many.len(), MOST_PARTS);

@@ -9,7 +9,7 @@ use bevy::{
     },
 };
 
-use super::parts::Part;
+use super::parts::DrawnPart;
 use crate::render::{Gpu, VolumeWindows};
 
 /// Binding of the buffer for drawing.
@@ -45,7 +45,7 @@ struct MergedGroup {
 struct MergedDraw {
     group: usize,
     member: usize,
-    part: Part,
+    part: DrawnPart,
 }
 
 /// Curves of a volume in a view, for the pixels in which other volumes may share its space.
@@ -86,7 +86,7 @@ impl MergedDraws {
     }
 
     /// Adds a part of a group's member. Returns the draw's instance.
-    pub fn add_draw(&mut self, group: usize, member: usize, part: Part) -> u32 {
+    pub fn add_draw(&mut self, group: usize, member: usize, part: DrawnPart) -> u32 {
         self.draws.push(MergedDraw { group, member, part });
         self.draws.len() as u32 - 1
     }
@@ -190,7 +190,7 @@ pub(in crate::drawing) fn write_records(
 mod tests {
     use super::*;
 
-    const PART: Part = Part { begin_depth: 1.0, end_depth: 2.0, sorted_depth: 1.5 };
+    const PART: DrawnPart = DrawnPart { begin_depth: 1.0, end_depth: 2.0, sorted_depth: 1.5 };
 
     fn entity(number: u32) -> Entity {
         Entity::from_raw_u32(number).expect("an entity")

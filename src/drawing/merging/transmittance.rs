@@ -9,7 +9,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferId,
             CachedComputePipelineId, ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache,
-            ShaderStages, ShaderType, SpecializedComputePipeline, SpecializedComputePipelines,
+            ShaderStages, SpecializedComputePipeline, SpecializedComputePipelines,
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized},
         },
         renderer::RenderContext,
@@ -39,21 +39,15 @@ pub(in crate::drawing) struct TransmittancePipeline {
 #[derive(Resource, Default)]
 pub(in crate::drawing) struct Transmittances {
     jobs: Vec<TransmittanceJob>,
-    uniforms: ViewArray<CurvesUniform>,
+    words: ViewArray<CurvesWords>,
     groups: BuffersOf<MainEntity, KeptGroup<[BufferId; 3]>>,
     /// Curves that the buffer holds, each with the state of the runs that it was found from.
     found: HashMap<(Entity, MainEntity), (CurvesOf, u32)>,
     buffer: Option<BufferId>,
 }
 
-/// Curves of one volume in one view, `curves` in WGSL. Dynamic offsets are multiples of 256 bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
-struct CurvesUniform {
-    first: u32,
-    end: u32,
-    #[shader(size(248))]
-    word: u32,
-}
+/// Words of the curves of one volume in one view, `curves` in WGSL. Dynamic offsets are multiples of 256 bytes.
+type CurvesWords = [UVec4; 16];
 
 /// Curves of one volume in one view, by the rays of pixels or by those at outlines.
 struct TransmittanceJob {
@@ -112,7 +106,7 @@ pub(in crate::drawing) fn prepare_transmittances(
     gpu: Gpu,
     mut transmittances: ResMut<Transmittances>,
 ) {
-    let Transmittances { jobs, uniforms, groups, found, buffer } = &mut *transmittances;
+    let Transmittances { jobs, words, groups, found, buffer } = &mut *transmittances;
     jobs.clear();
     groups.begin_frame();
     let Some(records) = &merged.buffer else {
@@ -122,11 +116,13 @@ pub(in crate::drawing) fn prepare_transmittances(
         found.clear();
     }
     let before = core::mem::take(found);
-    let uniform_of = |curves: &CurvesOf| {
+    let words_of = |curves: &CurvesOf| {
         let [first, end, word] = curves.words();
-        CurvesUniform { first, end, word }
+        let mut words = CurvesWords::default();
+        words[0] = UVec4::new(first, end, word, 0);
+        words
     };
-    uniforms.write(merged.curves.iter().map(uniform_of).collect(), &gpu);
+    words.write(merged.curves.iter().map(words_of).collect(), &gpu);
     for (index, curves) in (0..).zip(&merged.curves) {
         let found_jobs = (|| {
             let volume = scene.volumes.iter().find(|volume| volume.entity == curves.volume)?;
@@ -137,10 +133,10 @@ pub(in crate::drawing) fn prepare_transmittances(
             let state = (*curves, of_volume.revision());
             found.insert(key, state);
             let [_, _, outlines] = of_volume.buffers()?;
-            let uniforms = uniforms.buffer()?;
-            let own = groups.of(curves.volume).of([records.id(), uniforms.id(), outlines.id()], || {
+            let words = words.buffer()?;
+            let own = groups.of(curves.volume).of([records.id(), words.id(), outlines.id()], || {
                 let layout = gpu.cache.get_bind_group_layout(&base.own);
-                let curves = ViewArray::<CurvesUniform>::binding(uniforms, 1);
+                let curves = ViewArray::<CurvesWords>::binding(words, 1);
                 let resources = (records.as_entire_binding(), curves, outlines.as_entire_binding());
                 let entries = BindGroupEntries::sequential(resources);
                 gpu.device.create_bind_group("contextual_ao_transmittance", &layout, &entries)
@@ -149,7 +145,7 @@ pub(in crate::drawing) fn prepare_transmittances(
                 return None;
             }
             let volume = &drawn.groups_of(volume.drawn_on?)?.shaded;
-            let curves_offset = index * ViewArray::<CurvesUniform>::BYTES;
+            let curves_offset = index * ViewArray::<CurvesWords>::BYTES;
             let mut job = |of_outlines, view, workgroups| TransmittanceJob {
                 pipeline: pipelines.specialize(&gpu.cache, &base, (variant, of_outlines)),
                 volume: volume.clone(),
