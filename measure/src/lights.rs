@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::{
     Options,
+    cases::begin_case,
     figures::median,
     shell,
     stage::{Stage, to_and_fro},
@@ -93,18 +94,9 @@ fn light(stage: &mut Stage, case: &Case) {
     let lighting =
         if case.has_scene_lights { VolumeLighting::SceneLights } else { VolumeLighting::Headlight };
     stage.set_shading(|shading| shading.lighting = lighting);
-    let opacity = if case.is_translucent { 0.05 } else { 1.0 };
-    stage.set_transfer_function(|function| {
-        function.points.iter_mut().for_each(|point| {
-            point.opacity = if point.opacity > 0.0 { opacity } else { 0.0 };
-        })
-    });
+    begin_case::<CaseLight>(stage, case.is_translucent);
     let volume = stage.scene.volume;
     let world = stage.headless.app.world_mut();
-    let mut before = world.query_filtered::<Entity, With<CaseLight>>();
-    for entity in before.iter(world).collect::<Vec<_>>() {
-        world.despawn(entity);
-    }
     if case.casts {
         world.entity_mut(volume).remove::<NotShadowCaster>();
     } else {

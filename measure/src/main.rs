@@ -3,6 +3,7 @@
 
 mod ablation;
 mod carve;
+mod cases;
 mod chart;
 mod counting;
 mod counts;

@@ -6,6 +6,7 @@ use serde_json::json;
 
 use crate::{
     Options,
+    cases::begin_case,
     figures::median,
     shell,
     stage::{Stage, to_and_fro},
@@ -82,18 +83,9 @@ pub fn run(options: &Options) -> Result<(), String> {
 
 /// Spawns what a case has.
 fn set_up(stage: &mut Stage, case: &Case) -> Result<(), String> {
-    let opacity = if case.is_translucent { 0.05 } else { 1.0 };
-    stage.set_transfer_function(|function| {
-        function.points.iter_mut().for_each(|point| {
-            point.opacity = if point.opacity > 0.0 { opacity } else { 0.0 };
-        })
-    });
+    begin_case::<CaseThing>(stage, case.is_translucent);
     let volume = stage.scene.volume;
     let world = stage.headless.app.world_mut();
-    let mut before = world.query_filtered::<Entity, With<CaseThing>>();
-    for entity in before.iter(world).collect::<Vec<_>>() {
-        world.despawn(entity);
-    }
     let copies: Vec<_> = (1..case.volumes).map(|_| world.entity_mut(volume).clone_and_spawn()).collect();
     for copy in &copies {
         world.entity_mut(*copy).insert(CaseThing);

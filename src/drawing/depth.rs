@@ -9,11 +9,9 @@ use bevy::{
     pbr::MeshPipelineKey,
     prelude::*,
     render::render_resource::{ColorWrites, RenderPipelineDescriptor, SpecializedRenderPipeline},
-    shader::ShaderDefVal,
 };
 
-use super::pipeline::{DrawPipeline, depth_of_shader};
-use crate::render::MarchVariant;
+use super::pipeline::{DrawPipeline, FollowedRays, depth_of_shader};
 
 /// Makes the pipelines.
 #[derive(Resource)]
@@ -22,8 +20,8 @@ pub(super) struct DepthPipeline {
     shader: Handle<Shader>,
 }
 
-/// Kind of a view, how its rays are followed, and whether only an isosurface is drawn.
-pub(super) type DepthKey = (MeshPipelineKey, MarchVariant, bool);
+/// Kind of a view, and how its rays are followed.
+type DepthKey = (MeshPipelineKey, FollowedRays);
 
 impl FromWorld for DepthPipeline {
     fn from_world(world: &mut World) -> Self {
@@ -35,8 +33,8 @@ impl FromWorld for DepthPipeline {
 impl SpecializedRenderPipeline for DepthPipeline {
     type Key = DepthKey;
 
-    fn specialize(&self, (view, variant, draws_surface): DepthKey) -> RenderPipelineDescriptor {
-        let own = variant.shader_defs().chain(draws_surface.then_some("ISOSURFACE")).map(ShaderDefVal::from);
+    fn specialize(&self, (view, rays): DepthKey) -> RenderPipelineDescriptor {
+        let own = rays.shader_defs();
         let mut descriptor = self.drawing.describe("contextual_ao_depth", &self.shader, view, own);
         // The pass has colours, which stay.
         for target in

@@ -20,7 +20,10 @@ use bevy::{
 use super::merging::MERGED_BINDING;
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
-    render::{ClipTextures, Formats, MarchedViewUniform, RUNS_BINDING, VolumeResources, volumes::layouts},
+    render::{
+        ClipTextures, ExtractedVolume, Formats, MarchVariant, MarchedViewUniform, RUNS_BINDING,
+        VolumeResources, volumes::layouts,
+    },
 };
 
 /// Group of a volume's bindings, behind the two of Bevy's views.
@@ -171,6 +174,25 @@ impl DrawVariant {
         let named = [self.texels, isosurface, lit, by_gradient, merged, outlines, far].into_iter().flatten();
         let listed = [self.reconstruction.shader_defs(), self.rays.shader_defs()].concat();
         named.chain(listed).map(ShaderDefVal::from)
+    }
+}
+
+/// How rays are followed up to where they are stopped: as the march does, or up to an isosurface that is drawn alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct FollowedRays {
+    march: MarchVariant,
+    is_isosurface: bool,
+}
+
+impl FollowedRays {
+    pub fn of(volume: &ExtractedVolume) -> Self {
+        Self { march: MarchVariant::of(volume), is_isosurface: volume.draws_surface() }
+    }
+
+    /// Definitions for the shaders.
+    pub fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
+        let isosurface = self.is_isosurface.then_some("ISOSURFACE");
+        self.march.shader_defs().chain(isosurface).map(ShaderDefVal::from)
     }
 }
 

@@ -24,9 +24,9 @@ use super::{
         parts_of, whole_behind,
     },
     phase::{DrawCutOffRays, DrawFarSamples, DrawVolume},
-    pipeline::{DrawPipeline, DrawVariant},
+    pipeline::{DrawPipeline, DrawVariant, FollowedRays},
 };
-use crate::render::{ExtractedScene, ExtractedVolume, MarchVariant, MethodPipelines, shows};
+use crate::render::{ExtractedScene, ExtractedVolume, MethodPipelines, shows};
 
 /// Draw functions of volumes.
 struct Functions {
@@ -134,10 +134,9 @@ impl Pipelines<'_> {
         let by = volume.drawn_on.filter(|drawn_on| volume.is_placed && shows(visible, *drawn_on))?;
         let texture_from_voxel = volume.geometry.texture_from_voxel();
         let local_from_texture = volume.geometry.local_from_voxel * texture_from_voxel.inverse();
-        let depth = volume.depth_opacity.map(|_| {
-            let key = (view, MarchVariant::of(volume), volume.draws_surface());
-            self.depths.specialize(&self.cache, &self.depth_base, key)
-        });
+        let depth = volume
+            .depth_opacity
+            .map(|_| self.depths.specialize(&self.cache, &self.depth_base, (view, FollowedRays::of(volume))));
         Some(Shown {
             volume,
             by,
@@ -201,7 +200,7 @@ impl Queue<'_> {
         let center = members.iter().map(|shown| shown.center()).sum::<Vec3>() / members.len() as f32;
         let whole_depth = self.depth_of(center);
         if members.iter().any(|shown| shown.depth.is_some()) {
-            return vec![whole_behind(&planes, [near, far], whole_depth)];
+            return vec![whole_behind(&planes, far, whole_depth)];
         }
         parts_of(planes, [near, far], whole_depth)
     }

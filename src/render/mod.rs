@@ -61,7 +61,7 @@ pub use methods::{
 };
 pub(crate) use views::{
     dispatch::ViewArray,
-    runs::{BOX_VERTICES, MarchedViewUniform, OutlinesOfView, RUNS_BINDING, VolumeRuns},
+    runs::{BOX_VERTICES, MarchedViewUniform, OutlinesOfView, RUNS_BINDING, VolumeRuns, pack_pixel},
 };
 #[cfg(feature = "gizmos")]
 pub(crate) use volumes::listed_cast::listed_bricks;

@@ -10,6 +10,24 @@ const CURVE_WORDS: u32 = 16u;
 // Depths of nodes, and transmittances, are whole numbers of units up to this one.
 const UNITS: f32 = 65535.0;
 
+// Curves of a volume in a view: those of the pixels in which it may share space.
+struct CurvesOf {
+    first: vec2<u32>,
+    end: vec2<u32>,
+    // Word of the first pixel's curve.
+    word: u32,
+}
+
+fn has_curve(curves: CurvesOf, pixel: vec2<u32>) -> bool {
+    return all(pixel >= curves.first) && all(pixel < curves.end);
+}
+
+// First word of the curve of a pixel that has one.
+fn word_of_curve(curves: CurvesOf, pixel: vec2<u32>) -> u32 {
+    let place = pixel - curves.first;
+    return curves.word + CURVE_WORDS * (place.y * (curves.end.x - curves.first.x) + place.x);
+}
+
 fn pack_node(place: f32, transmittance: f32) -> u32 {
     return u32(place) | (u32(transmittance * UNITS + 0.5) << 16u);
 }

@@ -10,7 +10,7 @@
 #define_import_path bevy_contextual_ao::merged
 
 #import bevy_contextual_ao::{
-    curve::{CURVE_WORDS, NODES, UNITS, unpack_node},
+    curve::{CurvesOf, NODES, UNITS, has_curve, unpack_node, word_of_curve},
     marched_view::unpack_pixel,
     view_ray::{ViewRay, depth_at},
 }
@@ -26,20 +26,8 @@ const OTHERS: u32 = 5u;
 // Less light than this is none.
 const DARK: f32 = 1e-5;
 
-// Curves of a volume in a view: those of the pixels in which it may share space.
-struct CurvesOf {
-    first: vec2<u32>,
-    end: vec2<u32>,
-    // Word of the first pixel's curve.
-    word: u32,
-}
-
 fn curves_at(word: u32) -> CurvesOf {
     return CurvesOf(unpack_pixel(merged[word]), unpack_pixel(merged[word + 1u]), merged[word + 2u]);
-}
-
-fn has_curve(curves: CurvesOf, pixel: vec2<u32>) -> bool {
-    return all(pixel >= curves.first) && all(pixel < curves.end);
 }
 
 // Transmittance of a volume up to a depth in a pixel.
@@ -47,8 +35,7 @@ fn transmittance_to(curves: CurvesOf, pixel: vec2<u32>, depth: f32) -> f32 {
     if !has_curve(curves, pixel) {
         return 1.0;
     }
-    let row = pixel - curves.first;
-    let curve = curves.word + CURVE_WORDS * (row.y * (curves.end.x - curves.first.x) + row.x);
+    let curve = word_of_curve(curves, pixel);
     let place = clamp((depth - bitcast<f32>(merged[curve])) / bitcast<f32>(merged[curve + 1u]), 0.0, UNITS);
     // Number of nodes that are not behind the place.
     var count = 0u;

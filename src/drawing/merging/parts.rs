@@ -20,7 +20,7 @@ const BEHIND: f32 = 1e-5;
 
 /// A whole group of volumes whose depths hide translucent meshes, pixel by pixel: it is drawn before those in it, whose depths
 /// are given.
-pub(in crate::drawing) fn whole_behind(meshes: &[f32], [_, far]: [f32; 2], whole_depth: f32) -> DrawnPart {
+pub(in crate::drawing) fn whole_behind(meshes: &[f32], far: f32, whole_depth: f32) -> DrawnPart {
     let farthest =
         meshes.iter().filter(|depth| **depth < far).fold(whole_depth, |a, b| a.max(b * (1.0 + BEHIND)));
     DrawnPart { begin_depth: 0.0, end_depth: FAR, sorted_depth: farthest }

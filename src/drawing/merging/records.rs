@@ -10,7 +10,7 @@ use bevy::{
 };
 
 use super::parts::DrawnPart;
-use crate::render::{Gpu, VolumeWindows};
+use crate::render::{Gpu, VolumeWindows, pack_pixel};
 
 /// Binding of the buffer for drawing.
 pub(in crate::drawing) const MERGED_BINDING: u32 = 14;
@@ -67,8 +67,7 @@ impl CurvesOf {
 
     /// As shaders read it.
     pub fn words(&self) -> [u32; CURVES_WORDS] {
-        let pack = |pixel: UVec2| pixel.x | (pixel.y << 16);
-        [pack(self.first), pack(self.end), self.word]
+        [pack_pixel(self.first), pack_pixel(self.end), self.word]
     }
 }
 
@@ -208,6 +207,15 @@ mod tests {
             Some([first.into(), UVec2::from(first) + UVec2::from(size)])
         };
         (merged, window_of)
+    }
+
+    #[test]
+    fn sizes_are_those_of_the_shaders() {
+        let shaders = concat!(include_str!("curve.wgsl"), include_str!("merged.wgsl"));
+        let sizes = [RECORD_WORDS as u64, CURVES_WORDS as u64, CURVE_WORDS];
+        for (name, size) in ["RECORD_WORDS", "CURVES_WORDS", "CURVE_WORDS"].into_iter().zip(sizes) {
+            assert!(shaders.contains(&format!("const {name}: u32 = {size}u;")), "{name} is not {size}");
+        }
     }
 
     #[test]

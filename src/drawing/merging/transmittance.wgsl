@@ -7,9 +7,9 @@
 // A pixel at an outline (`outlines.wgsl`) has the mean of the curves of its rays: OUTLINE_RAYS finds these.
 
 #import bevy_contextual_ao::{
-    curve::{CURVE_WORDS, NODES, UNITS, pack_node},
+    curve::{CurvesOf, NODES, UNITS, has_curve, pack_node, word_of_curve},
     marched_view::{
-        MarchedView, OUTLINE_HEAD, listed_pixels, outline_offset, outline_rays, ray_through, unpack_pixel,
+        MarchedView, OUTLINE_HEAD, outline_offset, outline_ray, outline_rays, ray_through, unpack_pixel,
     },
     view_ray::{OPAQUE, ViewRay, depth_at},
     window::pixel_of_lane,
@@ -182,15 +182,12 @@ fn trace(ray: ViewRay, scale: Scale, number: u32) -> u32 {
     return curve.count;
 }
 
-// Whether a pixel has a curve.
-fn is_wanted(pixel: vec2<u32>) -> bool {
-    return all(pixel >= unpack_pixel(curves[0])) && all(pixel < unpack_pixel(curves[1]));
+fn wanted() -> CurvesOf {
+    return CurvesOf(unpack_pixel(curves[0]), unpack_pixel(curves[1]), curves[2]);
 }
 
 fn write_curve(pixel: vec2<u32>, scale: Scale, count: u32) {
-    let row = pixel - unpack_pixel(curves[0]);
-    let width = unpack_pixel(curves[1]).x - unpack_pixel(curves[0]).x;
-    let word = curves[2] + CURVE_WORDS * (row.y * width + row.x);
+    let word = word_of_curve(wanted(), pixel);
     merged[word] = bitcast<u32>(scale.begin_depth);
     merged[word + 1u] = bitcast<u32>(scale.depth_per_unit);
     // Behind the last node nothing changes.
@@ -263,28 +260,25 @@ fn follow_mean(first: u32, rays: u32, scale: Scale, curve: ptr<function, Curve>)
 @compute @workgroup_size(WIDTH)
 fn trace_curves(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let rays = outline_rays(marched_view);
-    // A workgroup takes whole pixels.
-    let at_once = WIDTH / rays;
-    let number = lane % rays;
-    let slot = (group.y * ROW + group.x) * at_once + lane / rays;
     let first = marched_view.first_outline;
+    let own = outline_ray(marched_view, outlines[first], group.y * ROW + group.x, WIDTH, lane);
     var pixel = vec2(0u);
-    var is_traced = lane < at_once * rays && slot < listed_pixels(marched_view, outlines[first]);
+    var is_traced = own.is_listed;
     if is_traced {
-        pixel = unpack_pixel(outlines[first + OUTLINE_HEAD + slot]);
-        is_traced = is_wanted(pixel);
+        pixel = unpack_pixel(outlines[first + OUTLINE_HEAD + own.slot]);
+        is_traced = has_curve(wanted(), pixel);
     }
     if is_traced {
-        let ray = ray_through(marched_view, vec2<f32>(pixel) + outline_offset(marched_view, number));
+        let ray = ray_through(marched_view, vec2<f32>(pixel) + outline_offset(marched_view, own.number));
         let scale = scale_of(ray);
-        let count = trace(ray, scale, rays * slot + number);
+        let count = trace(ray, scale, rays * own.slot + own.number);
         counts[lane] = count;
         for (var k = 0u; k < count; k += 1u) {
             traced[lane * NODES + k] = vec2(scale.begin_depth + nodes[k].x * scale.depth_per_unit, nodes[k].y);
         }
     }
     workgroupBarrier();
-    if is_traced && number == 0u {
+    if is_traced && own.number == 0u {
         let scale = scale_of_all(lane, rays);
         var curve: Curve;
         var tolerance = TOLERANCE;
@@ -303,8 +297,8 @@ fn trace_curves(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
 #else
 @compute @workgroup_size(64)
 fn trace_curves(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let pixel = unpack_pixel(curves[0]) + 8u * group.xy + pixel_of_lane(lane);
-    if is_wanted(pixel) {
+    let pixel = wanted().first + 8u * group.xy + pixel_of_lane(lane);
+    if has_curve(wanted(), pixel) {
         let ray = ray_through(marched_view, vec2<f32>(pixel) + 0.5);
         let scale = scale_of(ray);
         write_curve(pixel, scale, trace(ray, scale, 0u));

@@ -2,6 +2,7 @@
 
 use bevy::{
     asset::load_embedded_asset,
+    core_pipeline::FullscreenShader,
     platform::collections::HashMap,
     prelude::*,
     render::{
@@ -12,22 +13,22 @@ use bevy::{
             FragmentState, LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment,
             RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
             SpecializedRenderPipelines, StoreOp, TextureDescriptor, TextureDimension, TextureUsages,
-            TextureViewDimension, TextureViewId, VertexState,
+            TextureViewDimension, TextureViewId,
             binding_types::{texture_depth_2d, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice},
         sync_world::MainEntity,
     },
-    shader::ShaderDefVal,
 };
 
 use crate::{
     diagnostics::SPAN_SHADOWS,
     drawing::pipeline::{
-        ORIENTATIONS, VIEW_BINDING, bind_group_defs, depth_of_shader, drawn_bindings, marched_layout_entries,
+        FollowedRays, ORIENTATIONS, VIEW_BINDING, bind_group_defs, depth_of_shader, drawn_bindings,
+        marched_layout_entries,
     },
     render::{
-        BuffersOf, ClipMaps, ClipTextures, ExtractedScene, Gpu, KeptGroup, MarchVariant, MarchedViewUniform,
+        BuffersOf, ClipMaps, ClipTextures, ExtractedScene, Gpu, KeptGroup, MarchedViewUniform,
         TextureAndView, ViewArray, VolumeInView, VolumeResources, VolumeStore, VolumeWindow, VolumeWindows,
     },
 };
@@ -38,14 +39,12 @@ const SIZE_STEP: u32 = 64;
 /// Makes the pipelines.
 #[derive(Resource)]
 pub(in crate::drawing) struct ShadowPipeline {
+    covers_window: FullscreenShader,
     shader: Handle<Shader>,
     layout: BindGroupLayoutDescriptor,
     /// Of the depths and the view, for drawing into a shadow map.
     pub of_maps: BindGroupLayoutDescriptor,
 }
-
-/// How rays of light are followed, and whether only an isosurface stops them.
-type ShadowKey = (MarchVariant, bool);
 
 /// Shadows of this frame, by the view of a light.
 #[derive(Resource, Default)]
@@ -67,7 +66,7 @@ struct VolumeInLights {
 struct KeptDepths {
     texture: Option<TextureAndView>,
     /// What the texture was found for.
-    found_for: Option<(MarchedViewUniform, u32, ShadowKey)>,
+    found_for: Option<(MarchedViewUniform, u32, FollowedRays)>,
     /// For drawing into a shadow map.
     group: KeptGroup<(TextureViewId, BufferId)>,
 }
@@ -93,6 +92,7 @@ impl FromWorld for ShadowPipeline {
         let depths_and_view = (texture_depth_2d(), uniform_buffer::<MarchedViewUniform>(true));
         let of_maps = BindGroupLayoutEntries::sequential(stages, depths_and_view);
         Self {
+            covers_window: world.resource::<FullscreenShader>().clone(),
             shader: load_embedded_asset!(world, "depths.wgsl"),
             layout: BindGroupLayoutDescriptor::new("contextual_ao_shadow", &entries),
             of_maps: BindGroupLayoutDescriptor::new("contextual_ao_shadow_map", &of_maps),
@@ -101,19 +101,14 @@ impl FromWorld for ShadowPipeline {
 }
 
 impl SpecializedRenderPipeline for ShadowPipeline {
-    type Key = ShadowKey;
+    type Key = FollowedRays;
 
-    fn specialize(&self, (variant, draws_surface): ShadowKey) -> RenderPipelineDescriptor {
-        let own = variant.shader_defs().chain(draws_surface.then_some("ISOSURFACE")).map(ShaderDefVal::from);
-        let shader_defs: Vec<_> = bind_group_defs(0).into_iter().chain(own).collect();
+    fn specialize(&self, rays: FollowedRays) -> RenderPipelineDescriptor {
+        let shader_defs = bind_group_defs(0).into_iter().chain(rays.shader_defs()).collect();
         RenderPipelineDescriptor {
             label: Some("contextual_ao_shadow".into()),
             layout: vec![self.layout.clone()],
-            vertex: VertexState {
-                shader: self.shader.clone(),
-                shader_defs: shader_defs.clone(),
-                ..default()
-            },
+            vertex: self.covers_window.to_vertex_state(),
             fragment: Some(FragmentState { shader: self.shader.clone(), shader_defs, ..default() }),
             depth_stencil: Some(DepthStencilState {
                 depth_compare: Some(CompareFunction::Always),
@@ -155,7 +150,7 @@ pub(super) fn prepare_shadows(
         else {
             continue;
         };
-        let key = (MarchVariant::of(volume), volume.draws_surface());
+        let key = FollowedRays::of(volume);
         let pipeline = pipelines.specialize(&gpu.cache, &base, key);
         // Depths are not found until the pipeline is compiled.
         let is_ready = gpu.cache.get_render_pipeline(pipeline).is_some();

@@ -20,12 +20,6 @@
 // Matter of this opacity stops all light: a shadow begins where its surface does.
 const DARK: f32 = 0.95;
 
-// A triangle that covers the window.
-@vertex
-fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return vec4(vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 {
     // The place in the shadow map.

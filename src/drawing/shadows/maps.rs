@@ -2,12 +2,13 @@
 
 use bevy::{
     asset::load_embedded_asset,
+    core_pipeline::FullscreenShader,
     pbr::{ShadowView, ViewLightEntities},
     prelude::*,
     render::{
         render_resource::{
             CachedRenderPipelineId, FragmentState, PipelineCache, RenderPassDescriptor,
-            RenderPipelineDescriptor, StoreOp, VertexState,
+            RenderPipelineDescriptor, StoreOp,
         },
         renderer::{RenderContext, ViewQuery},
     },
@@ -30,7 +31,7 @@ impl FromWorld for ShadowMapPipeline {
         let pipeline = world.resource::<PipelineCache>().queue_render_pipeline(RenderPipelineDescriptor {
             label: Some("contextual_ao_shadow_map".into()),
             layout: vec![layout],
-            vertex: VertexState { shader: shader.clone(), shader_defs: shader_defs.clone(), ..default() },
+            vertex: world.resource::<FullscreenShader>().to_vertex_state(),
             fragment: Some(FragmentState { shader, shader_defs, ..default() }),
             depth_stencil: Some(depth_of_shader()),
             ..default()

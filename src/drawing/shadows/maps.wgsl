@@ -5,12 +5,6 @@
 @group(0) @binding(0) var depths: texture_depth_2d;
 @group(0) @binding(1) var<uniform> marched_view: MarchedView;
 
-// A triangle that covers the viewport, which is the window.
-@vertex
-fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return vec4(vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @builtin(frag_depth) f32 {
     let depth = textureLoad(depths, vec2<i32>(position.xy) - vec2<i32>(marched_view.window.first), 0);

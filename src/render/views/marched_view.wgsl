@@ -113,3 +113,20 @@ fn outline_offset(view: MarchedView, number: u32) -> vec2<f32> {
     let along = (f32(number) + 0.5) / f32(outline_rays(view));
     return vec2(along, fract((f32(number) + 0.5) * 0.6180339887498949));
 }
+
+// A ray of an outline, for passes with an invocation for each: the slot of its pixel in the list, its number in the pixel,
+// and whether there is such a pixel.
+struct OutlineRay {
+    slot: u32,
+    number: u32,
+    is_listed: bool,
+}
+
+// The ray of an invocation, by its workgroup and its lane among `width`. A workgroup takes whole pixels. `found` is the number
+// of pixels found.
+fn outline_ray(view: MarchedView, found: u32, workgroup_number: u32, width: u32, lane: u32) -> OutlineRay {
+    let rays = outline_rays(view);
+    let at_once = width / rays;
+    let slot = workgroup_number * at_once + lane / rays;
+    return OutlineRay(slot, lane % rays, lane < at_once * rays && slot < listed_pixels(view, found));
+}

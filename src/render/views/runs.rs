@@ -117,7 +117,7 @@ const OF_OUTLINES: u32 = 4;
 const OUTLINE_RAYS_BIT: u32 = 16;
 
 /// A pixel in 32 bits, as `unpack_pixel` reads it.
-fn pack_pixel(pixel: UVec2) -> u32 {
+pub(crate) fn pack_pixel(pixel: UVec2) -> u32 {
     pixel.x | (pixel.y << 16)
 }
 

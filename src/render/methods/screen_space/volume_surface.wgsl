@@ -13,7 +13,7 @@
     orientation::{inward_by_opacities, inward_from_face},
     runs::{slice_of_run, slices_of},
     screen_space::{Surface, pack_surface, unpack_surface},
-    view_ray::{OPAQUE, ViewRay, view_ray},
+    view_ray::{OPAQUE, ViewRay, along_of_depth, depth_at, view_ray},
     volume_bindings::volume,
     window::Window,
 }
@@ -104,12 +104,10 @@ fn find_surface(@builtin(global_invocation_id) id: vec3<u32>) {
         let place = vec2<f32>(pixel) + 0.5;
         var ray = view_ray(place, window, 0.0);
         // The ray ends at the surface found before.
-        let nearer_mm = (unpack_surface(texel).depth - ray.near_depth) / ray.depth_per_mm;
-        ray.end_mm = min(ray.end_mm, nearer_mm);
+        ray.end_mm = min(ray.end_mm, along_of_depth(ray, unpack_surface(texel).depth));
         let along_mm = surface_along(ray);
         if along_mm >= 0.0 {
-            let depth = ray.near_depth + along_mm * ray.depth_per_mm;
-            texel = pack_surface(Surface(depth, normal_at(ray, along_mm)));
+            texel = pack_surface(Surface(depth_at(ray, along_mm), normal_at(ray, along_mm)));
         }
     }
     textureStore(surfaces, id.xy, texel);
