@@ -26,7 +26,7 @@ use bevy::{
     },
 };
 
-use super::merging::{MERGED_BINDING, MergedDraws};
+use super::merging::{MERGED_BIND_GROUP, MergedDraws};
 use super::pipeline::{
     DrawPipeline, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP, drawn_bindings,
 };
@@ -41,6 +41,9 @@ pub(super) struct DrawnVolumes {
     /// Groups of this frame, by the entity of the box; each with the volume in it.
     by_box: HashMap<MainEntity, (MainEntity, DrawnGroups)>,
     kept: BuffersOf<MainEntity, KeptGroup<Bound, Option<DrawnGroups>>>,
+    /// What merged draws read besides.
+    merged: Option<BindGroup>,
+    kept_merged: KeptGroup<BufferId>,
 }
 
 /// Bind groups of a volume.
@@ -54,9 +57,9 @@ pub(super) struct DrawnGroups {
     pub outlines: BindGroup,
 }
 
-/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, records of merged draws,
-/// then clip maps, the lookup table, and what the method makes.
-type Bound = ([BufferId; 5], [TextureViewId; 4]);
+/// Everything that a volume's bind group binds and that may be made anew: the volume and its views, then clip maps, the lookup
+/// table, and what the method makes.
+type Bound = ([BufferId; 4], [TextureViewId; 4]);
 
 impl DrawnVolumes {
     /// Bind groups of the volume in a box.
@@ -93,10 +96,17 @@ pub(super) fn bind_volumes(
     (merged, cache, device): (Res<MergedDraws>, Res<PipelineCache>, Res<RenderDevice>),
     mut drawn: ResMut<DrawnVolumes>,
 ) {
-    let DrawnVolumes { by_box, kept } = &mut *drawn;
+    let DrawnVolumes { by_box, kept, merged: of_merged, kept_merged } = &mut *drawn;
+    let bind = |label, layout, entries: &[BindGroupEntry]| {
+        device.create_bind_group(label, &cache.get_bind_group_layout(layout), entries)
+    };
     by_box.clear();
     kept.begin_frame();
-    let (Some(clip), Some(records)) = (&clip_maps.textures, &merged.buffer) else {
+    *of_merged = merged.buffer.as_ref().map(|records| {
+        let entry = BindGroupEntry { binding: 0, resource: records.as_entire_binding() };
+        kept_merged.of(records.id(), || bind("contextual_ao_merged", &base.merged_layout, &[entry]))
+    });
+    let Some(clip) = &clip_maps.textures else {
         return;
     };
     for volume in &scene.volumes {
@@ -104,8 +114,7 @@ pub(super) fn bind_volumes(
             let resources = store.0.get(&volume.entity)?;
             let [views, runs, outlines] = runs.of(volume.entity)?.buffers()?;
             let (orientations, occlusion) = (resources.orientations(), &resources.occlusion.view);
-            let buffers =
-                [views, runs, outlines, resources.uniform.buffer()?, records].map(|buffer| buffer.id());
+            let buffers = [views, runs, outlines, resources.uniform.buffer()?].map(|buffer| buffer.id());
             let table = &resources.lookup_table.texture.view;
             let textures = [&clip.depth.view, table, orientations, occlusion].map(|view| view.id());
             let group = kept.of(volume.entity).of((buffers, textures), || {
@@ -121,15 +130,10 @@ pub(super) fn bind_volumes(
                     .chain(own)
                     .map(|(binding, resource)| BindGroupEntry { binding, resource })
                     .collect();
-                let bind = |label, layout, entries: &[_]| {
-                    device.create_bind_group(label, &cache.get_bind_group_layout(layout), entries)
-                };
                 let lists = |binding| BindGroupEntry { binding, resource: outlines.as_entire_binding() };
                 let [shaded_layout, outline_layout] = &base.of_outlines;
                 let shaded = bind("contextual_ao_shaded_volume", shaded_layout, &entries);
-                let records =
-                    BindGroupEntry { binding: MERGED_BINDING, resource: records.as_entire_binding() };
-                entries.extend([lists(OUTLINES), records]);
+                entries.push(lists(OUTLINES));
                 Some(DrawnGroups {
                     drawn: bind("contextual_ao_drawn_volume", &base.layout, &entries),
                     shaded,
@@ -191,7 +195,8 @@ impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
         (drawn, runs): SystemParamItem<'w, '_, Self::Param>,
         pass: &mut TrackedRenderPass<'w>,
     ) -> RenderCommandResult {
-        let found = drawn.into_inner().by_box.get(&item.main_entity());
+        let drawn = drawn.into_inner();
+        let found = drawn.by_box.get(&item.main_entity());
         let runs = found.and_then(|(volume, groups)| Some((groups, runs.into_inner().of(*volume)?)));
         let Some((groups, runs)) = runs else {
             return RenderCommandResult::Skip;
@@ -200,6 +205,9 @@ impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
             return RenderCommandResult::Skip;
         };
         pass.set_bind_group(VOLUME_BIND_GROUP, &groups.drawn, &[offset]);
+        if let Some(merged) = &drawn.merged {
+            pass.set_bind_group(MERGED_BIND_GROUP, merged, &[]);
+        }
         if RAYS != CUT_OFF_RAYS {
             pass.draw(0..BOX_VERTICES, item.batch_range().clone());
         } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {

@@ -7,17 +7,22 @@ use bevy::{
     mesh::{MeshVertexBufferLayout, MeshVertexBufferLayouts, VertexBufferLayout},
     pbr::{MATERIAL_BIND_GROUP_INDEX, MeshPipeline, MeshPipelineKey},
     prelude::*,
-    render::render_resource::{
-        BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, CompareFunction,
-        DepthStencilState, Face, OwnedBindingResource, PrimitiveState, PrimitiveTopology,
-        RenderPipelineDescriptor, ShaderStages, SpecializedMeshPipeline, SpecializedRenderPipeline,
-        TextureSampleType, VertexState,
-        binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, uniform_buffer},
+    render::{
+        render_resource::{
+            BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindGroupLayoutEntry, BindingType,
+            BufferBindingType, CompareFunction, DepthStencilState, Face, OwnedBindingResource,
+            PrimitiveState, PrimitiveTopology, RenderPipelineDescriptor, ShaderStages,
+            SpecializedMeshPipeline, SpecializedRenderPipeline, TextureSampleType, VertexState,
+            binding_types::{
+                storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, uniform_buffer,
+            },
+        },
+        renderer::RenderDevice,
     },
     shader::ShaderDefVal,
 };
 
-use super::merging::MERGED_BINDING;
+use super::merging::{MERGED_BIND_GROUP, merged_layout};
 use crate::{
     occlusion::{AmbientOcclusion, OcclusionTexels, Reconstruction, VolumeLighting, VolumeShading},
     render::{
@@ -42,8 +47,12 @@ pub(super) struct DrawPipeline {
     meshes: MeshPipeline,
     shader: Handle<Shader>,
     pub layout: BindGroupLayoutDescriptor,
+    /// Layout of what merged draws read besides.
+    pub merged_layout: BindGroupLayoutDescriptor,
     /// Layouts for shading outlines: of the volume, and of the lists of outlines.
     pub of_outlines: [BindGroupLayoutDescriptor; 2],
+    /// Storage buffers that a shader may have.
+    most_storage_buffers: u32,
 }
 
 /// Properties of volumes that distinguish the pipelines.
@@ -205,6 +214,11 @@ impl FromWorld for DrawPipeline {
             meshes: world.resource::<MeshPipeline>().clone(),
             shader: load_embedded_asset!(world, "volume.wgsl"),
             layout: drawn_layout(),
+            merged_layout: merged_layout(),
+            most_storage_buffers: world
+                .resource::<RenderDevice>()
+                .limits()
+                .max_storage_buffers_per_shader_stage,
             of_outlines: outline_layouts(),
         }
     }
@@ -213,12 +227,7 @@ impl FromWorld for DrawPipeline {
 /// Bindings of a volume for drawing.
 fn drawn_layout() -> BindGroupLayoutDescriptor {
     let mut entries = layout_entries(ShaderStages::FRAGMENT);
-    let read = [OUTLINES, MERGED_BINDING];
-    entries.extend(
-        read.map(|binding| {
-            storage_buffer_read_only_sized(false, None).build(binding, ShaderStages::FRAGMENT)
-        }),
-    );
+    entries.push(storage_buffer_read_only_sized(false, None).build(OUTLINES, ShaderStages::FRAGMENT));
     // The vertices are those of the volume's box in a view.
     let of_vertices = entries.iter_mut().filter(|entry| [0, VIEW_BINDING].contains(&entry.binding));
     of_vertices.for_each(|entry| entry.visibility = ShaderStages::VERTEX_FRAGMENT);
@@ -286,6 +295,20 @@ pub(super) fn box_primitive() -> PrimitiveState {
 }
 
 impl DrawPipeline {
+    /// Whether shaders may have the storage buffers of a view and of a volume, which sorted fragments and an atmosphere together
+    /// do not leave room for within the web's limits.
+    pub fn has_room_in(&self, view: MeshPipelineKey) -> bool {
+        let of_view = self.meshes.get_view_layout(view.into());
+        let layouts = [&of_view.main_layout, &of_view.binding_array_layout, &self.layout];
+        let entries = layouts.into_iter().flat_map(|layout| &layout.entries);
+        let is_storage = |entry: &&BindGroupLayoutEntry| {
+            let is_buffer =
+                matches!(entry.ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. });
+            is_buffer && entry.visibility.contains(ShaderStages::FRAGMENT)
+        };
+        entries.filter(is_storage).count() as u32 <= self.most_storage_buffers
+    }
+
     /// A pipeline that draws the box of a volume into a view, with the bindings of both. The shader tells depths, or none count.
     pub fn describe(
         &self,
@@ -329,6 +352,10 @@ impl SpecializedRenderPipeline for DrawPipeline {
         // The depth stays: that of a volume is drawn apart (`depth.rs`).
         descriptor.depth_stencil =
             Some(DepthStencilState { depth_write_enabled: Some(false), ..depth_of_shader() });
+        if variant.is_merged {
+            debug_assert_eq!(descriptor.layout.len(), MERGED_BIND_GROUP);
+            descriptor.layout.push(self.merged_layout.clone());
+        }
         descriptor
     }
 }

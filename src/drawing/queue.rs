@@ -90,6 +90,13 @@ pub(super) fn queue_volumes(
         let (Some(phase), Some(key)) = (phases.get_mut(id), keys.get(id)) else {
             continue;
         };
+        if !pipelines.base.has_room_in(*key) {
+            warn_once!(
+                "a view shows no volumes: with what it has besides, they need more storage buffers than this graphics \
+                 device allows"
+            );
+            continue;
+        }
         let mut queue = Queue { view, key: *key, phase, functions: &functions, number: u32::MAX };
         let meshes = queue.meshes(&translucents);
         let shown = scene.volumes.iter().filter_map(|volume| pipelines.shown(volume, visible, *key));

@@ -39,14 +39,15 @@ pub(super) fn find_ready(
     let Ok(mut variants) = variants.0.lock() else {
         return;
     };
+    let views: Vec<_> = views.values().filter(|view| base.has_room_in(**view)).collect();
     for (variant, are_there) in variants.iter_mut() {
         let of_view = |view: MeshPipelineKey| {
             let others = [variant.of_the_others(), variant.of_far_samples(view)];
             others.into_iter().flatten().chain([*variant]).map(move |variant| (view, variant))
         };
-        let keys = views.values().flat_map(|view| of_view(*view));
+        let keys = views.iter().flat_map(|view| of_view(**view));
         *are_there = variants_are_ready(&*base, &mut pipelines, keys, &cache);
-        if views.values().any(|view| variant.may_have_outlines(*view)) {
+        if views.iter().any(|view| variant.may_have_outlines(**view)) {
             let pipeline = outline_pipelines.specialize(&cache, &outlines, *variant);
             *are_there &= cache.get_compute_pipeline(pipeline).is_some();
         }

@@ -1,7 +1,11 @@
 //! The app goes on if the device lacks a feature, or is lost.
 
 use bevy::{
+    camera::Hdr,
+    core_pipeline::oit::OrderIndependentTransparencySettings,
+    light::{Atmosphere, atmosphere::ScatteringMedium},
     math::{DAffine3, DVec3},
+    pbr::AtmosphereSettings,
     prelude::*,
     render::{
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
@@ -153,6 +157,37 @@ fn a_device_that_lacks_something_draws_the_rest() {
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
     world.despawn(carver);
     assert!(headless.frames_until(|headless| !is_empty(&headless.image())), "nothing else is drawn");
+}
+
+#[test]
+fn a_view_with_too_few_storage_buffers_shows_the_rest() {
+    // Of 8, Bevy's clusters take three, its sorted fragments three and its atmosphere one. A volume takes two.
+    let headless = Headless::with_settings(IMAGE, device::limited(WgpuLimits::default()), |_| {});
+    let volume = folded_volume(SIZE, DVec3::ONE);
+    let mut scene = TestScene::in_app(headless, volume, opaque_ramp(), few_rays(), ShadingMode::Cao);
+    if !needs::atmospheres(&mut scene) {
+        return;
+    }
+    let (camera, volume) = (scene.camera(), scene.volume);
+    let sees_volume = |scene: &mut TestScene, is_seen| {
+        scene.headless.frames(3);
+        let with = scene.headless.image();
+        scene.world().entity_mut(volume).insert(Visibility::Hidden);
+        scene.headless.frames(3);
+        let without = scene.headless.image();
+        scene.world().entity_mut(volume).insert(Visibility::Visible);
+        let pixels = with.chunks(4).zip(without.chunks(4)).filter(|(with, without)| with != without).count();
+        assert_eq!(pixels > 500, is_seen, "{pixels} pixels");
+    };
+    let medium = scene.world().resource_mut::<Assets<ScatteringMedium>>().add(ScatteringMedium::default());
+    scene.world().spawn(Atmosphere::earth(medium));
+    scene.world().entity_mut(camera).insert((AtmosphereSettings::default(), Hdr));
+    scene.settle();
+    sees_volume(&mut scene, true);
+    scene.world().entity_mut(camera).insert(OrderIndependentTransparencySettings::default());
+    sees_volume(&mut scene, false);
+    scene.world().entity_mut(camera).remove::<OrderIndependentTransparencySettings>();
+    sees_volume(&mut scene, true);
 }
 
 #[test]

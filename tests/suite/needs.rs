@@ -3,7 +3,10 @@
 //!
 //! `#[ignore]` and features are chosen for a build. A machine's resources show only when a test runs.
 
-use bevy::render::{render_resource::WgpuFeatures, renderer::RenderDevice};
+use bevy::render::{
+    render_resource::WgpuFeatures,
+    renderer::{RenderAdapterInfo, RenderDevice},
+};
 use std::{io::Write, path::PathBuf, process::Command, thread};
 
 use crate::{headless::project_folder, scene::TestScene};
@@ -46,6 +49,16 @@ pub fn counters(scene: &mut TestScene) -> bool {
 pub fn wide_intensities(scene: &mut TestScene) -> bool {
     let formats = WgpuFeatures::TEXTURE_FORMAT_16BIT_NORM | WgpuFeatures::FLOAT32_FILTERABLE;
     one_of(scene, formats, "intensities of 16 bits")
+}
+
+/// Whether Bevy draws atmospheres on the device. Mesa 22.3 crashes in them, with or without volumes.
+pub fn atmospheres(scene: &mut TestScene) -> bool {
+    let what = "a driver that draws Bevy's atmosphere";
+    let is_crashing = scene.world().resource::<RenderAdapterInfo>().driver_info.contains("Mesa 22.");
+    if is_crashing {
+        skip(what);
+    }
+    !is_crashing && one_of(scene, WgpuFeatures::FLOAT32_FILTERABLE, what)
 }
 
 fn one_of(scene: &mut TestScene, features: WgpuFeatures, what: &str) -> bool {

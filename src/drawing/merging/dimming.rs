@@ -32,6 +32,7 @@ impl SpecializedRenderPipeline for DimmingPipeline {
 
     fn specialize(&self, view: MeshPipelineKey) -> RenderPipelineDescriptor {
         let mut descriptor = self.drawing.describe("contextual_ao_dimming", &self.shader, view, []);
+        descriptor.layout.push(self.drawing.merged_layout.clone());
         // Faces are drawn whatever is in front of them. The shader itself ends at opaque geometry.
         descriptor.depth_stencil = Some(DepthStencilState {
             depth_write_enabled: Some(false),

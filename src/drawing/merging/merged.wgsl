@@ -16,7 +16,7 @@
 }
 
 // Records of draws, then lists of other volumes, then the curves of pixels.
-@group(#{VOLUME_BIND_GROUP}) @binding(14) var<storage, read> merged: array<u32>;
+@group(3) @binding(0) var<storage, read> merged: array<u32>;
 
 // Words of a record: depths at which the drawn part begins and ends; the volume's own curves, as a `CurvesOf`; number of
 // others, and the word at which their list begins.

@@ -4,7 +4,10 @@
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{Buffer, BufferDescriptor, BufferUsages},
+        render_resource::{
+            BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages,
+            ShaderStages, binding_types::storage_buffer_read_only_sized,
+        },
         sync_world::MainEntity,
     },
 };
@@ -12,8 +15,9 @@ use bevy::{
 use super::parts::DrawnPart;
 use crate::render::{Gpu, VolumeWindows, pack_pixel};
 
-/// Binding of the buffer for drawing.
-pub(in crate::drawing) const MERGED_BINDING: u32 = 14;
+/// Group of the buffer for drawing. The others have no such group: Bevy's views and volumes come near to the web's limit of 8
+/// storage buffers.
+pub(in crate::drawing) const MERGED_BIND_GROUP: usize = 3;
 
 /// Words of a record, of the curves of a volume, and of one curve, as in WGSL.
 const RECORD_WORDS: usize = 8;
@@ -174,6 +178,15 @@ impl MergedDraws {
             self.head = head;
         }
     }
+}
+
+/// Layout of the group of the buffer.
+pub(in crate::drawing) fn merged_layout() -> BindGroupLayoutDescriptor {
+    let records = storage_buffer_read_only_sized(false, None);
+    BindGroupLayoutDescriptor::new(
+        "contextual_ao_merged",
+        &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, records),
+    )
 }
 
 /// Writes what merged draws of this frame read.
