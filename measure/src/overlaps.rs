@@ -12,81 +12,62 @@ use crate::{
     stage::{Stage, to_and_fro},
 };
 
-/// Times that all cases are measured, in turns.
+/// Times that the cases of a kind are measured, in turns.
 const ROUNDS: usize = 3;
 
-/// What the scene has in the place of its volume.
-#[derive(Clone, Copy)]
-struct Case {
-    /// Number of volumes, all alike and in one place.
-    volumes: usize,
-    /// Number of translucent panes in it.
-    panes: usize,
-    is_translucent: bool,
-    /// Whether the cut and the camera move.
-    moves: bool,
-}
+/// What the scene has in the place of its volume: a number of volumes, all alike and in one place, and of translucent panes
+/// in it. The first is one volume alone.
+const CASES: [(usize, usize); 5] = [(1, 0), (2, 0), (3, 0), (1, 1), (1, 3)];
 
 /// Things that a case has spawned.
 #[derive(Component)]
 struct CaseThing;
 
-fn cases() -> Vec<Case> {
-    let of = |volumes, panes| {
-        [false, true].into_iter().flat_map(move |is_translucent| {
-            [true, false].map(|moves| Case { volumes, panes, is_translucent, moves })
-        })
-    };
-    [(1, 0), (2, 0), (3, 0), (1, 1), (1, 3)]
-        .into_iter()
-        .flat_map(|(volumes, panes)| of(volumes, panes))
-        .collect()
-}
-
 /// Prints the time of a frame of each case over that of one volume, and over that of as many.
 pub fn run(options: &Options) -> Result<(), String> {
     let mut stage = shell::beside_peers(options.image_size(), options)?;
     stage.prepare(ShadingMode::PhongCao, stage.rays().pattern)?;
-    let cases = cases();
-    let mut times = vec![Vec::new(); cases.len()];
-    for _ in 0..ROUNDS {
-        for (case, times) in cases.iter().zip(&mut times) {
-            set_up(&mut stage, case)?;
-            let change = |stage: &mut Stage, frame: u32| {
-                if case.moves {
-                    stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
-                    stage.turn_camera(frame as f32);
+    for is_translucent in [false, true] {
+        let mut times = [(); 2].map(|_| CASES.map(|_| Vec::new()));
+        for _ in 0..ROUNDS {
+            for (case, (volumes, panes)) in CASES.into_iter().enumerate() {
+                set_up(&mut stage, is_translucent, volumes, panes)?;
+                for (moves, times) in [false, true].into_iter().zip(&mut times) {
+                    let change = |stage: &mut Stage, frame: u32| {
+                        if moves {
+                            stage.move_carver(to_and_fro(frame) as f32 * Vec3::Z);
+                            stage.turn_camera(frame as f32);
+                        }
+                    };
+                    let medians = stage.medians_undisturbed(options.warmup, options.frames, change);
+                    times[case].push(medians.total);
                 }
-            };
-            times.push(stage.medians_undisturbed(options.warmup, options.frames, change).total);
+            }
         }
-    }
-    for (case, own) in cases.iter().zip(&times) {
-        let is_alone = |other: &Case| {
-            (other.volumes, other.panes) == (1, 0)
-                && (other.is_translucent, other.moves) == (case.is_translucent, case.moves)
-        };
-        let alone = cases.iter().position(is_alone).map_or(own, |index| &times[index]);
-        let ratio = median(own.clone()) / median(alone.clone());
-        stage.print(json!({
-            "volumes": case.volumes,
-            "panes": case.panes,
-            "translucent": case.is_translucent,
-            "moves": case.moves,
-            "frame_over_one_volume": ratio,
-            "frame_over_as_many_volumes": ratio / case.volumes as f64,
-            "ms": median(own.clone()),
-        }));
+        for (moves, times) in [false, true].into_iter().zip(times) {
+            let medians = times.map(median);
+            for ((volumes, panes), ms) in CASES.into_iter().zip(medians) {
+                stage.print(json!({
+                    "volumes": volumes,
+                    "panes": panes,
+                    "translucent": is_translucent,
+                    "moves": moves,
+                    "frame_over_one_volume": ms / medians[0],
+                    "frame_over_as_many_volumes": ms / medians[0] / volumes as f64,
+                    "ms": ms,
+                }));
+            }
+        }
     }
     Ok(())
 }
 
 /// Spawns what a case has.
-fn set_up(stage: &mut Stage, case: &Case) -> Result<(), String> {
-    begin_case::<CaseThing>(stage, case.is_translucent);
+fn set_up(stage: &mut Stage, is_translucent: bool, volumes: usize, panes: usize) -> Result<(), String> {
+    begin_case::<CaseThing>(stage, is_translucent);
     let volume = stage.scene.volume;
     let world = stage.headless.app.world_mut();
-    let copies: Vec<_> = (1..case.volumes).map(|_| world.entity_mut(volume).clone_and_spawn()).collect();
+    let copies: Vec<_> = (1..volumes).map(|_| world.entity_mut(volume).clone_and_spawn()).collect();
     for copy in &copies {
         world.entity_mut(*copy).insert(CaseThing);
     }
@@ -98,9 +79,9 @@ fn set_up(stage: &mut Stage, case: &Case) -> Result<(), String> {
         ..default()
     };
     let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
-    for pane in 0..case.panes {
+    for pane in 0..panes {
         // Apart along the line of sight.
-        let place = 0.02 * (pane as f32 - 0.5 * (case.panes - 1) as f32) * Vec3::Z;
+        let place = 0.02 * (pane as f32 - 0.5 * (panes - 1) as f32) * Vec3::Z;
         let pane = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), CaseThing);
         world.spawn((pane, Transform::from_translation(place)));
     }
