@@ -12,7 +12,10 @@ use bevy::{
 };
 use bevy_contextual_ao::prelude::*;
 use bevy_panorbit_camera::PanOrbitCamera;
-use contextual_ao_kit::mode::ShadingMode;
+use contextual_ao_kit::{
+    digits::{decimals, significant},
+    mode::ShadingMode,
+};
 use std::{
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -31,7 +34,7 @@ mod carve {
 
     pub mod carvers;
     pub mod content;
-    pub mod digits;
+    pub mod dicom;
     pub mod dropping;
     pub mod hands;
     pub mod joint_histogram;
@@ -43,6 +46,7 @@ mod carve {
     #[derive(Resource, Default)]
     pub struct Arguments {
         pub file: Option<PathBuf>,
+        pub series: Option<u32>,
         pub component: Option<u32>,
         pub transfer_function: Option<PathBuf>,
         pub preset: Option<bevy_contextual_ao::prelude::Preset>,
@@ -52,7 +56,6 @@ mod carve {
 use carve::{
     Arguments,
     carvers::Carver,
-    digits::{decimals, significant},
     dropping::{CannotOpen, DroppingPlugin, FileKind, OpenFile},
     hands::{Hand, put},
     joint_histogram::{COLUMNS, JointHistogram, ROWS},
