@@ -7,8 +7,9 @@ use bevy_egui::egui::{Color32, ComboBox, ProgressBar, Ui};
 use super::{
     dicom::{Reading, SeriesList, panel::show_progress},
     dropping::Hovering,
-    loading::{FunctionSource, Opening, Shown},
+    loading::Opening,
     picture::SavedPicture,
+    shown::{FunctionSource, Shown},
 };
 
 const ERROR: Color32 = Color32::from_rgb(255, 120, 100);

@@ -16,6 +16,7 @@ use super::{
     Arguments,
     content::Content,
     dropping::{CannotOpen, FileKind, OpenDicom, OpenFile},
+    shown::{FunctionSource, Opened, Shown},
 };
 
 const DEFAULT_VOLUME: &str = "head_phantom.nrrd";
@@ -37,66 +38,9 @@ impl Plugin for LoadingPlugin {
     }
 }
 
-/// A volume with its name.
-#[derive(Clone, Default)]
-pub struct Opened {
-    pub volume: Handle<Volume>,
-    /// Name of the volume's file, or of its series.
-    pub name: String,
-    /// The transfer function that the files ask for.
-    pub first_look: Option<TransferFunction>,
-    /// All that was not as it should be.
-    pub warnings: Vec<String>,
-}
-
 /// Asks to show a volume that was read, in place of the current one.
 #[derive(Event)]
 pub struct Show(pub Opened);
-
-/// State of the volume for the panel.
-#[derive(Resource, Default)]
-pub struct Shown {
-    /// Name of the volume that is seen.
-    pub name: String,
-    /// The volume in the scene.
-    pub opened: Opened,
-    /// Facts about the volume once it has been read.
-    pub content: Option<Content>,
-    /// Source of the transfer function.
-    pub function: FunctionSource,
-    /// Reasons why files could not be shown.
-    pub errors: Vec<String>,
-    /// The volume before, which comes back if the new one cannot be shown.
-    before: Option<Opened>,
-}
-
-impl Shown {
-    /// Keeps an error once.
-    pub fn note(&mut self, error: String) {
-        if !self.errors.contains(&error) {
-            self.errors.push(error);
-        }
-    }
-
-    /// Puts a volume in the scene. A transfer function from a file stays.
-    fn put(&mut self, new: Opened, volume: &mut Volume3d, function: &mut VolumeTransferFunction) -> Opened {
-        volume.0 = new.volume.clone();
-        if self.function != FunctionSource::File {
-            function.0 = Handle::default();
-        }
-        core::mem::replace(&mut self.opened, new)
-    }
-}
-
-/// Source of a transfer function. A function from a file stays when another volume is opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FunctionSource {
-    /// Asked for by DICOM files, guessed from the volume's histogram, or the generated head's own.
-    #[default]
-    Volume,
-    Preset(Preset),
-    File,
-}
 
 /// Files that are being read.
 #[derive(Resource, Default)]

@@ -17,6 +17,7 @@ mod loading;
 mod occlusion_panel;
 mod panel;
 mod picture;
+mod shown;
 mod timings;
 mod transfer_editor;
 mod view;

@@ -23,8 +23,8 @@ use super::{
     dicom::{self, OpenVolume, panel::Textures},
     file_panel::{self, Files},
     hands::{HELP, Hand},
-    loading::{FunctionSource, Shown},
     occlusion_panel,
+    shown::{FunctionSource, Shown},
     timings::{self, LastRuns},
     transfer_editor::{self, TransferEditor},
 };

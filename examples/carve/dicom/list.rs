@@ -13,7 +13,7 @@ use image::GrayImage;
 use std::sync::Arc;
 
 use super::{
-    super::{dropping::OpenDicom, loading::Shown},
+    super::{dropping::OpenDicom, shown::Shown},
     reading::OpenVolume,
     work::Work,
 };

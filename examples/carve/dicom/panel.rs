@@ -2,8 +2,8 @@
 
 use bevy_contextual_ao::volume::dicom::DicomProgress;
 use bevy_egui::egui::{
-    Button, CollapsingHeader, Color32, ColorImage, Image, ProgressBar, Sense, TextureHandle, TextureOptions,
-    Ui, vec2,
+    Button, CollapsingHeader, Color32, ColorImage, Image, ProgressBar, Rect, Sense, TextureHandle,
+    TextureOptions, Ui, vec2,
 };
 use contextual_ao_kit::dicom::Choice;
 
@@ -72,20 +72,16 @@ pub fn show(
     clicked
 }
 
-/// Shows a series' picture, and returns whether it was clicked.
+/// Shows a series' picture on black, and returns whether it was clicked. One click opens the first volume.
 fn show_picture(ui: &mut Ui, texture: Option<&TextureHandle>, entry: &Entry) -> bool {
-    match texture {
-        Some(texture) => {
-            let image = Image::new(texture).fit_to_exact_size(vec2(PICTURE, PICTURE));
-            ui.add(image.maintain_aspect_ratio(true).sense(Sense::click())).clicked()
-                && entry.volumes.first().is_some_and(|volume| volume.refused.is_none())
-        }
-        None => {
-            let (place, _) = ui.allocate_exact_size(vec2(PICTURE, PICTURE), Sense::hover());
-            ui.painter().rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
-            false
-        }
+    let (place, response) = ui.allocate_exact_size(vec2(PICTURE, PICTURE), Sense::click());
+    ui.painter().rect_filled(place, 0.0, Color32::BLACK);
+    if let Some(texture) = texture {
+        let longest = texture.size_vec2().max_elem().max(1.0);
+        let part = Rect::from_center_size(place.center(), texture.size_vec2() * PICTURE / longest);
+        Image::new(texture).paint_at(ui, part);
     }
+    response.clicked() && entry.volumes.first().is_some_and(|volume| volume.refused.is_none())
 }
 
 /// Shows a series' name and its volumes, and returns the index of the volume that was clicked now.
@@ -111,5 +107,11 @@ fn show_volumes(ui: &mut Ui, entry: &Entry, chosen: Option<usize>) -> Option<usi
 pub fn show_progress(ui: &mut Ui, what: &str, progress: &DicomProgress) {
     let [done, total] = [progress.done(), progress.total()];
     let share = done as f32 / total.max(1) as f32;
-    ui.add(ProgressBar::new(share).text(format!("{what}: {done} of {total}")));
+    // Values are brought to one scale, and slices are interpolated, after the last one was read.
+    let text = match (done, total) {
+        (_, 0) => what.to_owned(),
+        _ if done < total => format!("{what}: {done} of {total}"),
+        _ => format!("{what}: nearly done"),
+    };
+    ui.add(ProgressBar::new(share).text(text));
 }

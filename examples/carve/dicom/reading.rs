@@ -7,7 +7,8 @@ use contextual_ao_kit::dicom::{Choice, settings, title};
 use super::{
     super::{
         dropping::{FileKind, OpenFile},
-        loading::{Opened, Show, Shown},
+        loading::Show,
+        shown::{Opened, Shown},
     },
     list::SeriesList,
     work::Work,

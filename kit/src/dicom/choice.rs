@@ -37,11 +37,11 @@ pub fn choose(dicom: &Dicom, series: Option<u32>, component: Option<u32>) -> Res
         volume: component.map_or(0, |component| component as usize),
     };
     let Some(chosen) = dicom.series.get(choice.series) else {
-        return Err(format!("--series {}: {} series, counted from 0", choice.series, dicom.series.len()));
+        return Err(format!("--series {}: there are {}, counted from 0", choice.series, dicom.series.len()));
     };
     if choice.volume >= chosen.volumes.len() {
         let count = chosen.volumes.len();
-        return Err(format!("--component {}: {count} volumes in this series, counted from 0", choice.volume));
+        return Err(format!("--component {}: the series has {count}, counted from 0", choice.volume));
     }
     Ok(choice)
 }
