@@ -2,8 +2,9 @@
 
 use bevy::math::Vec3;
 use bevy_contextual_ao::prelude::*;
+use contextual_ao_kit::digits::significant;
 
-use super::{digits::significant, joint_histogram::JointHistogram};
+use super::joint_histogram::JointHistogram;
 
 /// Number of bars of the histogram behind the transfer function.
 const HISTOGRAM_BARS: usize = 512;

@@ -1,6 +1,7 @@
-//! Files that are dropped on the window.
+//! Files and folders that are dropped on the window.
 
 use bevy::{prelude::*, window::FileDragAndDrop};
+use contextual_ao_kit::dicom::is_dicom;
 use std::path::{Path, PathBuf};
 
 pub struct DroppingPlugin;
@@ -18,6 +19,16 @@ pub struct OpenFile {
     pub kind: FileKind,
 }
 
+/// Asks to list the series of folders, archives and files.
+#[derive(Event, Clone, Debug, Default, PartialEq, Eq)]
+pub struct OpenDicom {
+    pub paths: Vec<PathBuf>,
+    /// Index of the series that is opened at once.
+    pub series: Option<u32>,
+    /// Index of the volume in that series.
+    pub component: Option<u32>,
+}
+
 /// Tells that a file cannot be shown, and the reason.
 #[derive(Event, Clone, Debug, PartialEq, Eq)]
 pub struct CannotOpen(pub String);
@@ -26,11 +37,12 @@ pub struct CannotOpen(pub String);
 #[derive(Resource, Default, PartialEq, Eq)]
 pub struct Hovering(pub bool);
 
-/// Content of a file, by its name.
+/// Content of a file or folder, by its name, and for DICOM also by its beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     Volume,
     TransferFunction,
+    Dicom,
 }
 
 impl FileKind {
@@ -46,9 +58,13 @@ impl FileKind {
             Ok(Self::Volume)
         } else if ends_in(&Self::TRANSFER_FUNCTION) {
             Ok(Self::TransferFunction)
+        } else if is_dicom(path) {
+            Ok(Self::Dicom)
         } else {
             let [volumes, functions] = [Self::VOLUME.join(", "), Self::TRANSFER_FUNCTION.join(", ")];
-            Err(format!("{name}: neither a volume ({volumes}) nor a transfer function ({functions})"))
+            Err(format!(
+                "{name}: neither a volume ({volumes}), nor DICOM, nor a transfer function ({functions})"
+            ))
         }
     }
 }
@@ -58,14 +74,20 @@ fn read_drops(
     mut messages: MessageReader<FileDragAndDrop>,
     mut hovering: ResMut<Hovering>,
 ) {
+    // All files of a series may be dropped at once.
+    let mut dicom = Vec::new();
     for message in messages.read() {
         let is_hovered = matches!(message, FileDragAndDrop::HoveredFile { .. });
         hovering.set_if_neq(Hovering(is_hovered));
         if let FileDragAndDrop::DroppedFile { path_buf: path, .. } = message {
             match FileKind::of(path) {
+                Ok(FileKind::Dicom) => dicom.push(path.clone()),
                 Ok(kind) => commands.trigger(OpenFile { path: path.clone(), kind }),
                 Err(reason) => commands.trigger(CannotOpen(reason)),
             }
         }
+    }
+    if !dicom.is_empty() {
+        commands.trigger(OpenDicom { paths: dicom, ..default() });
     }
 }

@@ -5,9 +5,11 @@ use bevy_contextual_ao::prelude::*;
 use bevy_egui::egui::{Color32, ComboBox, ProgressBar, Ui};
 
 use super::{
+    dicom::{Reading, SeriesList, panel::show_progress},
     dropping::Hovering,
-    loading::{FunctionSource, Opening, Shown},
+    loading::Opening,
     picture::SavedPicture,
+    shown::{FunctionSource, Shown},
 };
 
 const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
@@ -17,18 +19,28 @@ const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 pub struct Files<'w> {
     assets: Res<'w, AssetServer>,
     opening: Res<'w, Opening>,
+    pub list: Res<'w, SeriesList>,
+    pub reading: Res<'w, Reading>,
     hovering: Res<'w, Hovering>,
     picture: Res<'w, SavedPicture>,
 }
 
 /// Shows the current file, files that are being read, and errors.
 pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready: OcclusionReady) {
-    ui.strong(&shown.name);
+    if !shown.name.is_empty() {
+        ui.strong(&shown.name);
+    }
     if files.hovering.0 {
-        ui.label("drop the file to open it");
+        ui.label("drop it to open it");
     }
     if files.opening.is_busy() {
         ui.label("another file is being read");
+    }
+    if let Some(progress) = files.list.progress() {
+        show_progress(ui, "files", progress);
+    }
+    if let Some((title, progress)) = files.reading.progress() {
+        show_progress(ui, &format!("{title}, slices"), progress);
     }
     for error in &shown.errors {
         ui.colored_label(ERROR, error);
@@ -41,9 +53,13 @@ pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready:
     match (&shown.content, files.assets.get_load_state(&volume.0)) {
         (Some(content), _) => {
             ui.weak(&content.summary);
+            for warning in &shown.opened.warnings {
+                ui.weak(warning);
+            }
             ui.weak(if ready.0 { "ambient occlusion complete" } else { "ambient occlusion on its way" });
         }
-        (None, Some(LoadState::Failed(_))) => {
+        // Without a state nothing has been opened yet.
+        (None, Some(LoadState::Failed(_)) | None) => {
             ui.weak("nothing to show");
         }
         // The share of the file that has been read is not known.

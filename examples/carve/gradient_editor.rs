@@ -5,10 +5,10 @@ use bevy_egui::egui::{
     Color32, Mesh, Painter, PointerButton, Pos2, Rect, Sense, Shape, Stroke, Ui, emath::RectTransform, pos2,
     vec2,
 };
+use contextual_ao_kit::digits::significant;
 
 use super::{
     content::Content,
-    digits::significant,
     joint_histogram::{COLUMNS, ROWS},
 };
 

@@ -27,7 +27,7 @@ pub const HELP: [[&str; 2]; 15] = [
     ["Delete", "remove the selected point"],
     ["P", "save a picture"],
     ["G", "show clip cameras, reaches, listed bricks"],
-    ["drop a file", "open it"],
+    ["drop files", "open them, or a folder"],
 ];
 /// Share of the distance to the camera by which one notch of the wheel moves a carver.
 const DEPTH_PER_NOTCH: f32 = 0.015;

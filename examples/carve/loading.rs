@@ -15,7 +15,8 @@ use std::{
 use super::{
     Arguments,
     content::Content,
-    dropping::{CannotOpen, FileKind, OpenFile},
+    dropping::{CannotOpen, FileKind, OpenDicom, OpenFile},
+    shown::{FunctionSource, Opened, Shown},
 };
 
 const DEFAULT_VOLUME: &str = "head_phantom.nrrd";
@@ -30,36 +31,16 @@ impl Plugin for LoadingPlugin {
             .add_systems(Startup, open_first)
             .add_systems(Update, (show_opened, own_function).chain())
             .add_observer(open_dropped)
+            .add_observer(show)
             .add_observer(note_refusal)
             .add_observer(describe)
             .add_observer(note_failure);
     }
 }
 
-/// State of the volume for the panel.
-#[derive(Resource, Default)]
-pub struct Shown {
-    /// Name of the volume's file.
-    pub name: String,
-    /// Facts about the volume once it has been read.
-    pub content: Option<Content>,
-    /// Source of the transfer function.
-    pub function: FunctionSource,
-    /// Reasons why files could not be shown.
-    pub errors: Vec<String>,
-    /// The volume before, which comes back if the new one cannot be shown.
-    before: Option<Handle<Volume>>,
-}
-
-/// Source of a transfer function. A function from a file stays when another volume is opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FunctionSource {
-    /// Guessed from the volume's histogram, or the generated head's own.
-    #[default]
-    Volume,
-    Preset(Preset),
-    File,
-}
+/// Asks to show a volume that was read, in place of the current one.
+#[derive(Event)]
+pub struct Show(pub Opened);
 
 /// Files that are being read.
 #[derive(Resource, Default)]
@@ -83,13 +64,25 @@ fn open_first(
     mut shown: ResMut<Shown>,
 ) {
     let file = arguments.file.as_deref();
-    shown.name = file.map_or_else(|| DEFAULT_VOLUME.into(), name_of);
     let component = arguments.component;
     let choose = move |settings: &mut VolumeReadSettings| settings.component = component;
-    let mut bundle = VolumeBundle::new(match file {
-        Some(file) => assets.load_builder().with_settings(choose).load(outside_assets(file)),
-        None => assets.load(DEFAULT_VOLUME),
-    });
+    let volume = match file {
+        Some(file) if FileKind::of(file) == Ok(FileKind::Dicom) => {
+            let (paths, series) = (vec![file.to_owned()], arguments.series);
+            commands.trigger(OpenDicom { paths, series, component });
+            Handle::default()
+        }
+        Some(file) => {
+            shown.name = name_of(file);
+            assets.load_builder().with_settings(choose).load(outside_assets(file))
+        }
+        None => {
+            shown.name = DEFAULT_VOLUME.into();
+            assets.load(DEFAULT_VOLUME)
+        }
+    };
+    shown.opened = Opened { volume: volume.clone(), name: shown.name.clone(), ..default() };
+    let mut bundle = VolumeBundle::new(volume);
     if let Some(function) = &arguments.transfer_function {
         shown.function = FunctionSource::File;
         bundle = bundle.with_transfer_function(assets.load(outside_assets(function)));
@@ -124,7 +117,21 @@ fn open_dropped(
     match open.kind {
         FileKind::Volume => opening.volume = Some(assets.load(path)),
         FileKind::TransferFunction => opening.function = Some(assets.load(path)),
+        FileKind::Dicom => (),
     }
+}
+
+/// Shows a volume that was read. A file that is being read comes too late.
+fn show(
+    show: On<Show>,
+    mut opening: ResMut<Opening>,
+    mut shown: ResMut<Shown>,
+    mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
+) -> Result {
+    let (mut volume, mut function) = entities.single_mut()?;
+    opening.volume = None;
+    shown.before = Some(shown.put(show.0.clone(), &mut volume, &mut function));
+    Ok(())
 }
 
 fn note_refusal(refused: On<CannotOpen>, mut shown: ResMut<Shown>) {
@@ -147,18 +154,17 @@ fn show_opened(
         return;
     };
     if let Some(new) =
-        opening.volume.take_if(|new| is_read(&assets, new.id(), VolumeFailure::Volume, &mut shown.errors))
+        opening.volume.take_if(|new| is_read(&assets, new.id(), VolumeFailure::Volume, &mut shown))
         && new != volume.0
         && assets.is_loaded(&new)
     {
-        shown.before = Some(core::mem::replace(&mut volume.0, new));
-        if shown.function != FunctionSource::File {
-            function.0 = Handle::default();
-        }
+        let name = assets.get_path(new.id()).map(|path| name_of(path.path())).unwrap_or_default();
+        let new = Opened { volume: new, name, ..default() };
+        shown.before = Some(shown.put(new, &mut volume, &mut function));
     }
     if let Some(new) = opening
         .function
-        .take_if(|new| is_read(&assets, new.id(), VolumeFailure::TransferFunction, &mut shown.errors))
+        .take_if(|new| is_read(&assets, new.id(), VolumeFailure::TransferFunction, &mut shown))
         && assets.is_loaded(&new)
     {
         shown.function = FunctionSource::File;
@@ -171,28 +177,21 @@ fn is_read(
     assets: &AssetServer,
     id: impl Into<UntypedAssetId>,
     reason: fn(Arc<AssetLoadError>) -> VolumeFailure,
-    errors: &mut Vec<String>,
+    shown: &mut Shown,
 ) -> bool {
     match assets.get_load_state(id) {
         Some(LoadState::Loaded) => true,
         Some(LoadState::Failed(error)) => {
-            note(errors, explain(&reason(error)));
+            shown.note(explain(&reason(error)));
             true
         }
         _ => false,
     }
 }
 
-fn note(errors: &mut Vec<String>, error: String) {
-    if !errors.contains(&error) {
-        errors.push(error);
-    }
-}
-
 /// Describes a volume that is shown. The volume before is not needed any more.
 fn describe(
     loaded: On<VolumeLoaded>,
-    assets: Res<AssetServer>,
     volumes: Res<Assets<Volume>>,
     entities: Query<&Volume3d>,
     mut shown: ResMut<Shown>,
@@ -201,9 +200,7 @@ fn describe(
         return;
     };
     shown.content = volumes.get(&handle.0).map(Content::of);
-    if let Some(path) = assets.get_path(handle.id()) {
-        shown.name = name_of(path.path());
-    }
+    shown.name = shown.opened.name.clone();
     shown.before = None;
 }
 
@@ -215,7 +212,7 @@ fn note_failure(
     mut entities: Query<(&mut Volume3d, &mut VolumeTransferFunction)>,
     mut shown: ResMut<Shown>,
 ) {
-    note(&mut shown.errors, explain(&failed.reason));
+    shown.note(explain(&failed.reason));
     let Ok((mut volume, mut function)) = entities.get_mut(failed.entity) else {
         return;
     };
@@ -223,10 +220,7 @@ fn note_failure(
         function.0 = Handle::default();
         shown.function = FunctionSource::Volume;
     } else if let Some(before) = shown.before.take() {
-        volume.0 = before;
-        if shown.function != FunctionSource::File {
-            function.0 = Handle::default();
-        }
+        shown.put(before, &mut volume, &mut function);
     }
 }
 
@@ -242,7 +236,10 @@ fn own_function(
         let own = if function.0 == Handle::default() {
             volumes.get(&volume.0).map(|volume| match shown.function {
                 FunctionSource::Preset(preset) => preset.transfer_function(volume),
-                FunctionSource::Volume | FunctionSource::File => TransferFunction::for_volume(volume),
+                FunctionSource::Volume | FunctionSource::File => {
+                    let first_look = shown.opened.first_look.clone();
+                    first_look.unwrap_or_else(|| TransferFunction::for_volume(volume))
+                }
             })
         } else if assets.is_managed(function.id()) {
             functions.get(&function.0).cloned()

@@ -1,12 +1,12 @@
 //! Carves a volume by hand in a window: `cargo run --release --example carve -- [FILE]`.
 //!
 //! Drag the sphere, the box and the ring through the head. A double click puts the selected one there. The panel on the
-//! left explains the keys and sets the shading and the transfer function. It also shows the time of each pass. Files
-//! dropped on the window are opened.
+//! left explains the keys and sets the shading and the transfer function. It also shows the time of each pass. Files and
+//! folders dropped on the window are opened. Series of DICOM files are listed in the panel.
 
 mod carvers;
 mod content;
-mod digits;
+mod dicom;
 mod dropping;
 mod file_panel;
 mod gizmos;
@@ -17,6 +17,7 @@ mod loading;
 mod occlusion_panel;
 mod panel;
 mod picture;
+mod shown;
 mod timings;
 mod transfer_editor;
 mod view;
@@ -35,9 +36,13 @@ use std::path::PathBuf;
 /// Carves a volume by hand, shaded with contextual ambient occlusion.
 #[derive(Parser, Resource, Clone)]
 pub struct Arguments {
-    /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd. A generated head if left out.
+    /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd; a folder, an archive (.zip) or a file of DICOM.
+    /// A generated head if left out.
     file: Option<PathBuf>,
-    /// Index of the volume in a file that holds several, such as a time series; counted from zero.
+    /// Index of the series to open among those of DICOM files [default: the only one, else what is clicked].
+    #[arg(long, value_name = "N", requires = "file")]
+    series: Option<u32>,
+    /// Index of the volume in a file or in a series that holds several, such as times or echoes; counted from zero.
     #[arg(long, value_name = "N", requires = "file")]
     component: Option<u32>,
     /// Colours and opacities: a volume property of 3D Slicer (.vp, .vp.json) or .tf.ron.
@@ -86,6 +91,7 @@ fn main() -> AppExit {
         .add_plugins((
             loading::LoadingPlugin,
             dropping::DroppingPlugin,
+            dicom::DicomPlugin,
             view::ViewPlugin,
             carvers::CarversPlugin,
             hands::HandsPlugin,

@@ -20,10 +20,11 @@ use contextual_ao_kit::mode::ShadingMode;
 use super::{
     carvers::Carver,
     content::Content,
+    dicom::{self, OpenVolume, panel::Textures},
     file_panel::{self, Files},
     hands::{HELP, Hand},
-    loading::{FunctionSource, Shown},
     occlusion_panel,
+    shown::{FunctionSource, Shown},
     timings::{self, LastRuns},
     transfer_editor::{self, TransferEditor},
 };
@@ -119,6 +120,7 @@ fn choose_mode_by_key(
 }
 
 fn show(
+    mut commands: Commands,
     mut contexts: EguiContexts,
     files: Files,
     readings: Readings,
@@ -127,6 +129,7 @@ fn show(
     mut functions: ResMut<Assets<TransferFunction>>,
     mut editor: ResMut<TransferEditor>,
     mut last_runs: Local<LastRuns>,
+    mut textures: Local<Textures>,
     by_clock: ResMut<TimePassesByClock>,
 ) -> Result {
     let mut by_clock = Mut::from(by_clock);
@@ -142,6 +145,10 @@ fn show(
             scroll.show(ui, |ui| {
                 for (volume, mut function, ready, mut occlusion, shading) in &mut volumes {
                     file_panel::show(ui, &files, &shown, volume, *ready);
+                    let chosen = files.reading.chosen(&files.list, &shown);
+                    if let Some(choice) = dicom::panel::show(ui, &files.list, chosen, &mut textures) {
+                        commands.trigger(OpenVolume(choice));
+                    }
                     ui.separator();
                     show_shading(ui, shading, &mut occlusion);
                     if let Some(volume) = readings.volumes.get(&volume.0) {

@@ -7,10 +7,10 @@ use bevy_egui::egui::{
     Button, Color32, DragValue, Key, Mesh, Painter, PointerButton, Pos2, Rect, Response, Sense, Shape,
     Slider, Stroke, Ui, emath::RectTransform, pos2, vec2,
 };
+use contextual_ao_kit::digits::decimals;
 
 use super::{
     content::Content,
-    digits::decimals,
     gradient_editor::{self, GradientEditor},
 };
 

@@ -1,11 +1,13 @@
 //! Code shared by examples, tests and `measure`. It has an app without a window, scenes from command-line options,
-//! small scenes, and meshes with a known inside. It also has stability figures, the true pictures of
+//! series of DICOM as text and pictures, small scenes, and meshes with a known inside. It also has stability figures, the true pictures of
 //! analytic scenes, the data of charts, and reports.
 
 pub mod budget;
 pub mod carver;
 pub mod chart;
 pub mod device;
+pub mod dicom;
+pub mod digits;
 pub mod fit;
 pub mod font;
 pub mod framing;

@@ -4,14 +4,19 @@ use bevy::prelude::*;
 use bevy_contextual_ao::occlusion::Optimizations;
 use bevy_contextual_ao::{
     prelude::*,
-    volume::{VolumeGeometry, VolumeReadSettings, WORLD_UNITS_PER_MM, read_volume_file_with},
+    volume::{
+        VolumeGeometry, VolumeReadSettings, WORLD_UNITS_PER_MM,
+        dicom::{DicomProgress, read_dicom},
+        read_volume_file_with,
+    },
 };
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::{
     budget::BudgetOptions,
     carver::{Carver, parse_numbers},
+    dicom::{self, is_dicom},
     framing::Framing,
     headless::{Headless, project_folder},
 };
@@ -22,10 +27,14 @@ pub const BONE: [f32; 3] = [0.95, 0.9, 0.82];
 /// Content of a scene, and its camera.
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
-    /// The volume: NIfTI, NRRD or MetaImage [default: the head phantom in assets/].
+    /// The volume: NIfTI, NRRD, MetaImage, or a folder, an archive or a file of DICOM [default: the head phantom in
+    /// assets/].
     #[arg(long)]
     pub volume: Option<PathBuf>,
-    /// Index of the volume in a file that holds several, such as a time series; counted from zero.
+    /// Index of the series among those of DICOM files, as they are listed [default: that with the most voxels].
+    #[arg(long)]
+    pub series: Option<u32>,
+    /// Index of the volume in a file or in a series that holds several, such as times or echoes; counted from zero.
     #[arg(long)]
     pub component: Option<u32>,
     /// Transfer function: Slicer .vp or .vp.json, .tf.ron, or ramp:FROM,TO,OPACITY in the volume's own units
@@ -105,8 +114,16 @@ pub struct Scene {
     pub geometry: VolumeGeometry,
     /// Smallest voxel spacing, mm.
     pub voxel_mm: f32,
-    /// The volume file's name, or `head_phantom`.
+    /// The volume file's name, or the series of DICOM files.
     pub name: String,
+}
+
+/// A volume that was read.
+struct Read {
+    name: String,
+    volume: Volume,
+    /// The transfer function that the files ask for.
+    first_look: Option<TransferFunction>,
 }
 
 impl SceneParts {
@@ -171,22 +188,16 @@ impl SceneOptions {
         let assets = project_folder().join("assets");
         let phantom = assets.join("head_phantom.nrrd");
         let path = self.volume.as_ref().unwrap_or(&phantom);
-        let settings = VolumeReadSettings { component: self.component, ..default() };
-        let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
-        // The reader's warning goes to the log, which is off here.
-        if volume.background_voxels() > 0 {
-            let (path, count) = (path.display(), volume.background_voxels());
-            eprintln!("{path}: {count} voxels are NaN or infinite: they are shown as background");
-        }
+        let Read { name, volume, first_look } = self.read(path)?;
         let default_function = self.volume.is_none().then(|| assets.join("head_phantom.tf.ron"));
         let transfer_function = match (&self.transfer_function, self.preset, default_function) {
             (Some(function), _, _) => Some(read_transfer_function(function)?),
             (None, Some(preset), _) => Some(preset.transfer_function(&volume)),
             (None, None, Some(path)) => Some(read_transfer_function(&path.to_string_lossy())?),
-            (None, None, None) => None,
+            (None, None, None) => first_look,
         };
         Ok(SceneParts {
-            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            name,
             camera: self.camera.unwrap_or_else(|| self.overview(&VolumeGeometry::of(&volume))),
             volume,
             transfer_function,
@@ -201,6 +212,45 @@ impl SceneOptions {
             carvers: self.carvers.clone(),
             fov: self.fov,
         })
+    }
+
+    fn read(&self, path: &Path) -> Result<Read, String> {
+        std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        if is_dicom(path) {
+            return self.read_dicom(path);
+        }
+        if let Some(series) = self.series {
+            return Err(format!("--series {series}: {} is not DICOM", path.display()));
+        }
+        let settings = VolumeReadSettings { component: self.component, ..default() };
+        let volume = read_volume_file_with(path, &settings).map_err(|error| error.to_string())?;
+        // The reader's warning goes to the log, which is off here.
+        if volume.background_voxels() > 0 {
+            let (path, count) = (path.display(), volume.background_voxels());
+            eprintln!("{path}: {count} voxels are NaN or infinite: they are shown as background");
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Read { name, volume, first_look: None })
+    }
+
+    /// Reads the chosen volume, and lists all of them if there are several and none was chosen.
+    fn read_dicom(&self, path: &Path) -> Result<Read, String> {
+        let at = |error: String| format!("{}: {error}", path.display());
+        let dicom = read_dicom(&[path]).map_err(|error| error.to_string())?;
+        let choice = dicom::choose(&dicom, self.series, self.component).map_err(at)?;
+        let (series, listed) = choice.of(&dicom).ok_or_else(|| at("no volume".into()))?;
+        let is_alone = dicom.series.len() == 1 && series.volumes.len() == 1;
+        if self.series.or(self.component).is_none() && !is_alone {
+            eprintln!("{}", dicom::list(&dicom, choice));
+        }
+        let name = dicom::title(series, choice.volume);
+        for warning in listed.warnings() {
+            eprintln!("{name}: {warning}");
+        }
+        let settings = dicom::settings(listed, &self.budget.budget()).map_err(at)?;
+        let volume = listed.read(&settings, &DicomProgress::default()).map_err(|error| error.to_string())?;
+        let first_look = Some(listed.first_look(&volume));
+        Ok(Read { name, volume, first_look })
     }
 
     /// The method with the requested rays.

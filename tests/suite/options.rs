@@ -1,16 +1,20 @@
 //! The command line of `snapshot` and `measure`.
 
 use bevy::prelude::*;
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{
+    prelude::*,
+    volume::dicom::{DicomProgress, DicomReadSettings, read_dicom},
+};
 use clap::Parser;
 use contextual_ao_kit::mode::ShadingMode;
 use std::path::PathBuf;
 
+use crate::{dicom::study, small_files::Scratch};
 use crate::{
     headless::{Headless, voxel_at},
     scene::is_empty,
 };
-use contextual_ao_kit::scene::SceneOptions;
+use contextual_ao_kit::{dicom::settings, scene::SceneOptions};
 
 #[derive(Parser)]
 struct Options {
@@ -84,4 +88,52 @@ fn presets_are_chosen_by_name() {
     let unknown = parse(&["--preset", "ct_brain"]).expect_err("no such preset");
     assert!(unknown.contains("ct_bone"), "{unknown}");
     assert!(parse(&["--preset", "ct_bone", "--transfer-function", "ramp:0,1,1"]).is_err());
+}
+
+#[test]
+fn series_of_dicom_are_chosen_by_number() {
+    let scratch = Scratch::new("options_dicom");
+    study::write(&scratch.0);
+    let folder = scratch.0.to_str().expect("its name is text");
+    let parts = |more: &[&str]| parse(&[&["--volume", folder], more].concat())?.parts();
+    let name = |more: &[&str]| parts(more).map(|parts| (parts.name, parts.volume.dimensions().to_array()));
+    // The MR has more slices in all, the CT more voxels.
+    assert_eq!(name(&[]), Ok(("CT series 7".into(), [12, 8, 3])));
+    assert_eq!(name(&["--series", "0"]), Ok(("MR series 7, echo time 5".into(), [6, 5, 4])));
+    let echo = ["--series", "0", "--component", "1"];
+    assert_eq!(name(&echo), Ok(("MR series 7, echo time 9".into(), [6, 5, 4])));
+    // The files' first look is the transfer function, unless another is asked for.
+    let function = |more: &[&str]| parts(more).expect("it can be read").transfer_function;
+    assert!(function(&[]).is_some() && function(&[]) != function(&["--preset", "ct_bone"]));
+    for (more, words) in [
+        (&["--series", "2"][..], "--series 2: there are 2, counted from 0"),
+        (&["--component", "1"], "--component 1: the series has 1, counted from 0"),
+        (&["--budget-mib", "0", "--series", "1"], "max_bytes allows 0 MiB"),
+    ] {
+        let error = name(more).expect_err(words);
+        assert!(error.starts_with(folder) && error.matches(folder).count() == 1, "{error}");
+        assert!(error.contains(words), "{error}");
+    }
+    let nowhere = parse(&["--volume", "nowhere"]).and_then(|options| options.parts().map(|parts| parts.name));
+    assert!(nowhere.clone().is_err_and(|error| error.starts_with("nowhere: ")), "{nowhere:?}");
+}
+
+#[test]
+fn a_series_beyond_the_budget_is_halved_where_asked() {
+    let scratch = Scratch::new("options_halved");
+    study::write(&scratch.0);
+    let listed = read_dicom(&[&scratch.0]).expect("a folder");
+    let volume = &listed.series[1].volumes[0];
+    let fits = |max_bytes: u64| volume.grid(&DicomReadSettings { max_bytes, ..default() }).is_ok();
+    let needed = (0..1 << 20).collect::<Vec<_>>().partition_point(|&bytes| !fits(bytes)) as u64;
+    let with = |max_bytes, halves| settings(volume, &VolumeBudget { max_bytes, halves });
+    assert_eq!(with(needed, true).map(|settings| settings.halvings), Ok(0));
+    let halved = with(needed - 1, true).expect("half of it fits");
+    assert_eq!(halved.halvings, 1);
+    let read = volume.read(&halved, &DicomProgress::default()).expect("it can be read");
+    assert_eq!(read.dimensions(), UVec3::new(6, 4, 2));
+    let refused = with(needed - 1, false).expect_err("too large");
+    assert!(refused.ends_with("(option --halve)"), "{refused}");
+    let refused = with(0, true).expect_err("nothing fits");
+    assert!(!refused.contains("--halve"), "{refused}");
 }

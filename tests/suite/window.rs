@@ -12,7 +12,10 @@ use bevy::{
 };
 use bevy_contextual_ao::prelude::*;
 use bevy_panorbit_camera::PanOrbitCamera;
-use contextual_ao_kit::mode::ShadingMode;
+use contextual_ao_kit::{
+    digits::{decimals, significant},
+    mode::ShadingMode,
+};
 use std::{
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -21,6 +24,8 @@ use std::{
 use crate::picking::pointers::{MIDDLE, Pointing};
 use crate::scene::{folded_volume, is_empty, volume_from};
 use contextual_ao_kit::headless::Headless;
+
+mod series;
 
 /// Modules of the `carve` example, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
@@ -31,18 +36,20 @@ mod carve {
 
     pub mod carvers;
     pub mod content;
-    pub mod digits;
+    pub mod dicom;
     pub mod dropping;
     pub mod hands;
     pub mod joint_histogram;
     pub mod loading;
     pub mod picture;
+    pub mod shown;
     pub mod view;
 
     /// Command-line arguments that the modules read.
     #[derive(Resource, Default)]
     pub struct Arguments {
         pub file: Option<PathBuf>,
+        pub series: Option<u32>,
         pub component: Option<u32>,
         pub transfer_function: Option<PathBuf>,
         pub preset: Option<bevy_contextual_ao::prelude::Preset>,
@@ -52,12 +59,13 @@ mod carve {
 use carve::{
     Arguments,
     carvers::Carver,
-    digits::{decimals, significant},
-    dropping::{CannotOpen, DroppingPlugin, FileKind, OpenFile},
+    dicom::DicomPlugin,
+    dropping::{CannotOpen, DroppingPlugin, FileKind, OpenDicom, OpenFile},
     hands::{Hand, put},
     joint_histogram::{COLUMNS, JointHistogram, ROWS},
-    loading::{FunctionSource, LoadingPlugin, Shown},
+    loading::LoadingPlugin,
     picture::save_numbered,
+    shown::{FunctionSource, Shown},
     view,
 };
 
@@ -161,6 +169,11 @@ fn files_are_told_apart_by_their_names() {
         ("Bone.VP", FileKind::TransferFunction),
         ("bone.vp.json", FileKind::TransferFunction),
         ("x.tf.ron", FileKind::TransferFunction),
+        ("1.DCM", FileKind::Dicom),
+        ("a.ima", FileKind::Dicom),
+        ("Head.ZIP", FileKind::Dicom),
+        // A folder.
+        ("/", FileKind::Dicom),
     ] {
         assert_eq!(FileKind::of(Path::new(name)), Ok(kind), "{name}");
     }
@@ -182,7 +195,7 @@ impl Window {
         write_volume(&folder.join("first.nrrd"), 8);
         let arguments = Arguments { file: Some(folder.join("first.nrrd")), preset, ..default() };
         let headless = Headless::new(UVec2::splat(16), |app| {
-            app.insert_resource(arguments).add_plugins((LoadingPlugin, DroppingPlugin));
+            app.insert_resource(arguments).add_plugins((LoadingPlugin, DroppingPlugin, DicomPlugin));
         });
         let mut window = Self { headless, folder };
         window.until(|window| window.shown().content.is_some());
@@ -335,15 +348,16 @@ fn pictures_never_overwrite_and_leave_the_panel_out() {
 #[test]
 fn drops_ask_for_files_or_tell_why_not() {
     #[derive(Resource, Default)]
-    struct Asked(Vec<Result<OpenFile, CannotOpen>>);
+    struct Asked(Vec<Result<OpenFile, CannotOpen>>, Vec<OpenDicom>);
     let mut app = App::new();
     app.add_message::<FileDragAndDrop>()
         .init_resource::<Asked>()
         .add_plugins(DroppingPlugin)
         .add_observer(|open: On<OpenFile>, mut asked: ResMut<Asked>| asked.0.push(Ok(open.clone())))
+        .add_observer(|open: On<OpenDicom>, mut asked: ResMut<Asked>| asked.1.push(open.clone()))
         .add_observer(|cannot: On<CannotOpen>, mut asked: ResMut<Asked>| asked.0.push(Err(cannot.clone())));
     let window = Entity::PLACEHOLDER;
-    for name in ["a.nii", "b.vp", "c.txt"] {
+    for name in ["a.nii", "b.vp", "c.txt", "d.dcm", "e.zip"] {
         let path_buf = PathBuf::from(name);
         app.world_mut().write_message(FileDragAndDrop::HoveredFile { window, path_buf: path_buf.clone() });
         app.world_mut().write_message(FileDragAndDrop::DroppedFile { window, path_buf });
@@ -353,6 +367,9 @@ fn drops_ask_for_files_or_tell_why_not() {
     let open = |path: &str, kind| Ok(OpenFile { path: path.into(), kind });
     assert_eq!(asked[..2], [open("a.nii", FileKind::Volume), open("b.vp", FileKind::TransferFunction)]);
     assert!(asked.len() == 3 && asked[2].is_err(), "{asked:?}");
+    // Files of a series that are dropped together are looked at together.
+    let together = OpenDicom { paths: ["d.dcm", "e.zip"].map(PathBuf::from).to_vec(), ..default() };
+    assert_eq!(app.world().resource::<Asked>().1, [together]);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::{
 
 use super::{
     image::Image,
+    one_slice::room,
     parallel::{DicomProgress, each},
     pixels::{Decoded, Shared, decode},
     settings::DicomReadSettings,
@@ -35,21 +36,11 @@ impl DicomVolume {
     ) -> Result<Volume, VolumeFileError> {
         let of_first = |cause| self.first().image.source.error(cause);
         let grid = self.stack.grid(settings).map_err(of_first)?;
-        let mut numbers = self.room().map_err(of_first)?;
+        let pixels = self.first().image.frame_pixels().saturating_mul(self.slices() as u64);
+        let mut numbers = room::<u16>(pixels).map_err(of_first)?;
         let decoded = self.decode(&mut numbers, progress)?;
         let volume = self.make(&decoded, numbers, &grid).map_err(of_first)?;
         Ok((0..settings.halvings.min(8)).fold(volume, |volume, _| volume.halved()))
-    }
-
-    /// Zeros for the numbers of all slices.
-    fn room(&self) -> Result<Vec<u16>, VolumeError> {
-        let pixels = self.first().image.frame_pixels() as usize * self.slices();
-        let mut numbers = Vec::new();
-        numbers
-            .try_reserve_exact(pixels)
-            .map_err(|_| std::io::Error::from(std::io::ErrorKind::OutOfMemory))?;
-        numbers.resize(pixels, 0);
-        Ok(numbers)
     }
 
     fn decode(&self, numbers: &mut [u16], progress: &DicomProgress) -> Result<Vec<Decoded>, VolumeFileError> {
@@ -114,10 +105,7 @@ fn resample(
     pixels: usize,
     progress: &DicomProgress,
 ) -> Result<Vec<u16>, VolumeError> {
-    let mut resampled = Vec::new();
-    let count = pixels * between.len();
-    resampled.try_reserve_exact(count).map_err(|_| std::io::Error::from(std::io::ErrorKind::OutOfMemory))?;
-    resampled.resize(count, 0);
+    let mut resampled = room::<u16>((pixels * between.len()) as u64)?;
     let work = between.iter().zip(resampled.chunks_exact_mut(pixels)).collect();
     each(work, progress, |(&(before, after, share), to): (&(usize, usize, f64), &mut [u16])| {
         let [before, after] = [before, after].map(|slice| &numbers[slice * pixels..][..pixels]);

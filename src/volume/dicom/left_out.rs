@@ -1,6 +1,6 @@
 //! Files that are no slice of a volume, and why.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use crate::volume::error::VolumeError;
 
@@ -12,6 +12,27 @@ pub struct LeftOut {
     pub path: PathBuf,
     /// The reason.
     pub reason: Reason,
+}
+
+impl Reason {
+    /// The reason without the name of a file, so that files have one in common.
+    fn nameless(&self) -> String {
+        match self {
+            Self::Duplicate { .. } => "the same image as another file".into(),
+            reason => reason.to_string(),
+        }
+    }
+}
+
+/// Counts the files of each reason, the most frequent first. No file is named.
+pub(super) fn count(left_out: &[LeftOut]) -> Vec<(usize, String)> {
+    let mut counts = BTreeMap::new();
+    for one in left_out {
+        *counts.entry(one.reason.nameless()).or_insert(0) += 1;
+    }
+    let mut counts: Vec<_> = counts.into_iter().map(|(reason, files)| (files, reason)).collect();
+    counts.sort_by_key(|(files, _)| std::cmp::Reverse(*files));
+    counts
 }
 
 /// Reason why a file belongs to no volume.

@@ -189,13 +189,7 @@ fn report(path: &Path, dicom: &Dicom, chosen: &DicomVolume) {
     for warning in chosen.warnings() {
         warn!("{path}: {warning}");
     }
-    if !dicom.left_out.is_empty() {
-        let mut counts = std::collections::BTreeMap::new();
-        for one in &dicom.left_out {
-            *counts.entry(one.reason.to_string()).or_insert(0usize) += 1;
-        }
-        for (reason, count) in counts {
-            info!("{path}: {count} files left out: {reason}");
-        }
+    for (files, reason) in dicom.reasons() {
+        info!("{path}: {files} files left out: {reason}");
     }
 }

@@ -15,6 +15,7 @@ mod fragments;
 mod image;
 mod left_out;
 mod loader;
+mod one_slice;
 mod parallel;
 mod parse;
 mod phases;
@@ -34,6 +35,7 @@ mod volume;
 
 pub use left_out::{LeftOut, Reason};
 pub use loader::{DicomLoader, DicomLoads};
+pub use one_slice::DicomSlice;
 pub use parallel::DicomProgress;
 pub use read::{Dicom, read_dicom, read_dicom_with};
 pub use settings::{DicomReadSettings, UnevenSlices};

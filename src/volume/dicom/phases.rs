@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::slice::{Slice, Tells};
+use super::{
+    image::code,
+    slice::{Slice, Tells},
+};
 
 /// Slices of one volume.
 pub(super) struct Phase {
@@ -78,7 +81,7 @@ fn split(phase: Phase, differences: &[Difference], into: &mut Vec<Phase>) {
     for (key, slices) in parts {
         let value = match key {
             Some(Key::Number(millionths)) => (millionths as f64 / 1e6).to_string(),
-            Some(Key::Text(text)) if !text.is_empty() => text.trim().into(),
+            Some(Key::Text(text)) if !text.is_empty() => code(text.trim()),
             _ => "none".into(),
         };
         let comma = if phase.label.is_empty() { "" } else { ", " };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{
     find::{Found, find, reason},
     image::Image,
-    left_out::{LeftOut, Reason},
+    left_out::{LeftOut, Reason, count},
     parallel::{DicomProgress, each},
     parse::{Unparsed, parse},
     series::sort,
@@ -22,6 +22,14 @@ pub struct Dicom {
     pub series: Vec<DicomSeries>,
     /// Files that are no slice of a volume, with the reason of each.
     pub left_out: Vec<LeftOut>,
+}
+
+impl Dicom {
+    /// Reasons of the [files that belong to none](Self::left_out), with the number of files of each, the most frequent
+    /// first. No file is named: names of files often hold the patient's.
+    pub fn reasons(&self) -> Vec<(usize, String)> {
+        count(&self.left_out)
+    }
 }
 
 /// Lists the series in files, folders (with the folders in them), DICOMDIRs and zip archives.

@@ -263,3 +263,32 @@ fn nothing_of_the_patient_is_printed() {
     let printed = format!("{dicom:?} {} {:?}", dicom.series[0], read(only(&dicom)));
     assert!(!printed.contains("Secret") && !printed.contains("1901"), "{printed}");
 }
+
+#[test]
+fn a_slice_alone_is_that_of_the_volume() {
+    let mut random = Random(97);
+    for case in 0..40 {
+        let scratch = Scratch::new(&format!("dicom_slice_{case}"));
+        let scan = Scan::random(&mut random);
+        // One file of all slices, or a file for each.
+        let order = shuffled(&mut random, scan.size.z);
+        let files = match random.flip() {
+            true => vec![scan.multi_frame(&order)],
+            false => order.iter().map(|&z| scan.slice(z, z)).collect(),
+        };
+        let listed = list(write(&scratch, files));
+        let volume = only(&listed);
+        for z in 0..scan.size.z {
+            let slice = volume.slice(z as usize).unwrap_or_else(|error| panic!("{error}: {scan:?}"));
+            assert_eq!(slice.size, scan.size.truncate());
+            assert!(slice.spacing_mm.as_dvec2().abs_diff_eq(scan.spacing.into(), 1e-6));
+            let expected = scan.voxels().filter(|at| at.z == z).map(|at| scan.in_units(at));
+            for (found, expected) in slice.values.iter().zip(expected) {
+                // Singles have seven digits.
+                assert!((f64::from(*found) - expected).abs() < 0.02, "{found}, not {expected}: {scan:?}");
+            }
+        }
+        let beyond = volume.slice(scan.size.z as usize).expect_err("there is no more");
+        assert!(beyond.to_string().contains("counted from 0"), "{beyond}");
+    }
+}
