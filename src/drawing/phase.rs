@@ -26,7 +26,7 @@ use bevy::{
     },
 };
 
-use super::merging::{MERGED_BIND_GROUP, MergedDraws};
+use super::merging::{MERGED_BIND_GROUP, MergedDraws, merged_bindings, offset_of_record};
 use super::pipeline::{
     DrawPipeline, OCCLUSION, ORIENTATIONS, OUTLINES, VIEW_BINDING, VOLUME_BIND_GROUP, drawn_bindings,
 };
@@ -103,8 +103,8 @@ pub(super) fn bind_volumes(
     by_box.clear();
     kept.begin_frame();
     *of_merged = merged.buffer.as_ref().map(|records| {
-        let entry = BindGroupEntry { binding: 0, resource: records.as_entire_binding() };
-        kept_merged.of(records.id(), || bind("contextual_ao_merged", &base.merged_layout, &[entry]))
+        let entries = merged_bindings(records);
+        kept_merged.of(records.id(), || bind("contextual_ao_merged", &base.merged_layout, &entries))
     });
     let Some(clip) = &clip_maps.textures else {
         return;
@@ -206,10 +206,10 @@ impl<P: PhaseItem, const RAYS: u8> RenderCommand<P> for DrawBox<RAYS> {
         };
         pass.set_bind_group(VOLUME_BIND_GROUP, &groups.drawn, &[offset]);
         if let Some(merged) = &drawn.merged {
-            pass.set_bind_group(MERGED_BIND_GROUP, merged, &[]);
+            pass.set_bind_group(MERGED_BIND_GROUP, merged, &[offset_of_record(item.batch_range().start)]);
         }
         if RAYS != CUT_OFF_RAYS {
-            pass.draw(0..BOX_VERTICES, item.batch_range().clone());
+            pass.draw(0..BOX_VERTICES, 0..1);
         } else if let Some((arguments, offset)) = runs.cut_off_draw(view) {
             pass.draw_indirect(arguments, offset);
         }

@@ -126,9 +126,9 @@ impl DrawVariant {
         leaves_out.then_some(Self { rays: RaysDrawn::CutOff, ..self })
     }
 
-    /// The variant that draws parts of rays, all of them.
+    /// The variant that draws parts of rays.
     pub fn merged(self) -> Self {
-        Self { is_merged: true, rays: self.rays_at_once(), ..self }
+        Self { is_merged: true, ..self }
     }
 
     /// The variant that differs in nothing that transmittance does not depend on.

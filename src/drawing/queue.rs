@@ -270,7 +270,7 @@ impl Queue<'_> {
         parts: &[DrawnPart],
         mut record: impl FnMut(usize, DrawnPart) -> u32,
     ) {
-        let Functions { volume, far_samples, .. } = *self.functions;
+        let Functions { volume, cut_off_rays, far_samples } = *self.functions;
         for part in parts {
             let depth = part.sorted_depth;
             let records: Vec<_> = (0..members.len()).map(|member| record(member, *part)).collect();
@@ -281,9 +281,15 @@ impl Queue<'_> {
                 }
             }
             for ((shown, pipelines), record) in each() {
-                self.add(shown, depth, pipelines.draws, volume, *record..record + 1);
-                if let Some(far) = pipelines.draws_far {
-                    self.add(shown, depth, far, far_samples, *record..record + 1);
+                let draws = [
+                    (Some(pipelines.draws), volume),
+                    (pipelines.draws_cut_off, cut_off_rays),
+                    (pipelines.draws_far, far_samples),
+                ];
+                for (pipeline, function) in draws {
+                    if let Some(pipeline) = pipeline {
+                        self.add(shown, depth, pipeline, function, *record..record + 1);
+                    }
                 }
             }
         }

@@ -121,21 +121,9 @@ fn pixel_of_outline(slot: u32) -> Pixel {
 }
 #endif
 
-struct Vertex {
-    @builtin(position) position: vec4<f32>,
-#ifdef MERGED
-    // Of the part that is drawn.
-    @location(0) @interpolate(flat) record: u32,
-#endif
-}
-
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) record: u32) -> Vertex {
-#ifdef MERGED
-    return Vertex(corner_of_box(marched_view, index), record);
-#else
-    return Vertex(corner_of_box(marched_view, index));
-#endif
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner_of_box(marched_view, index);
 }
 
 #ifdef DEPTH_PREPASS
@@ -197,12 +185,11 @@ struct FragmentOutput {
 }
 
 @fragment
-fn fragment(vertex: Vertex) -> FragmentOutput {
-    let position = vertex.position;
+fn fragment(@builtin(position) position: vec4<f32>) -> FragmentOutput {
     let pixel_place = vec2<u32>(position.xy);
     var ray = ray_through(marched_view, position.xy);
 #ifdef MERGED
-    begin_part(vertex.record, pixel_place);
+    begin_part(pixel_place);
     ray.end_mm = min(ray.end_mm, along_of_depth(ray, part.end_depth));
 #endif
     let samples = samples_of_pixel(ray, position);
@@ -263,6 +250,9 @@ fn fragment(vertex: Vertex) -> FragmentOutput {
     }
 #endif
     pixel.alpha *= f32(is_own);
+#ifdef MERGED
+    pixel.visible *= f32(is_own);
+#endif
 #endif
     let visible = visible_of(pixel);
     if visible <= 0.0 {

@@ -20,11 +20,12 @@ use contextual_ao_kit::{mode::ShadingMode, shapes::Triangles};
 
 use crate::{
     integral::{Integral, Pixel, View, merged_pixel},
+    runs::{RUN_BYTES, slabs},
     scene::{
         FEW_RAYS, IMAGE, TestScene, folded_volume, methods_of_few_rays, opaque_ramp, solid_volume,
         translucent_ramp, volume_from,
     },
-    views::{self, assert_shows_within, in_front},
+    views::{self, FAR_SHARE, assert_shows_within, in_front},
 };
 
 /// Farthest side of the scene from its centre, mm.
@@ -131,12 +132,12 @@ fn sides() -> Vec<Vec3> {
 /// The middle of the image.
 const MIDDLE: [UVec2; 2] = [UVec2::splat(26), UVec2::splat(44)];
 
-fn check(name: &str, scene: &mut TestScene, pixel_at: &dyn Fn(&View, DVec2) -> Pixel) {
+/// Compares a picture with what a model says. Each of five draws or more rounds to bytes.
+fn check(name: &str, most_far: f64, scene: &mut TestScene, pixel_at: &dyn Fn(&View, DVec2) -> Pixel) {
     let camera = scene.camera();
     let view = View::of(scene, camera, IMAGE);
     let first = MIDDLE[0].as_dvec2();
-    // Each of five draws rounds to bytes.
-    assert_shows_within(1.2, name, scene, MIDDLE, |pixel| {
+    assert_shows_within([1.2, most_far], name, scene, MIDDLE, |pixel| {
         in_front(pixel_at(&view, first + pixel.as_dvec2() + 0.5))
     });
 }
@@ -154,13 +155,33 @@ fn volumes_that_share_space_add_up_from_every_side_in_every_order() {
             scene.headless.frame();
             scene.headless.image()
         });
-        check(&format!("from {side:.1}"), &mut scenes[0], &|view, at| merged_pixel(&all, view, at));
+        let name = format!("from {side:.1}");
+        check(&name, FAR_SHARE, &mut scenes[0], &|view, at| merged_pixel(&all, view, at));
         for image in &images[1..] {
             let most = image.iter().zip(&images[0]).map(|(a, b)| a.abs_diff(*b)).max();
             // Sums of rounded bytes depend on their order.
             assert!(most.is_some_and(|most| most <= 3), "from {side}: the order of spawning shows, {most:?}");
         }
     }
+}
+
+#[test]
+fn rays_that_find_no_room_for_their_runs_are_merged() {
+    const SLABS: u32 = 11;
+    let [_, turned, _] = three();
+    let function = TransferFunction::ramp(10.0, 240.0, 0.2, [0.9, 0.8, 0.3]).expect("a valid ramp");
+    let placed = [Placed { volume: slabs(SLABS), function, pose: default() }, turned];
+    let mut scene = scene_of(&placed.each_ref());
+    look_from(&mut scene, Vec3::new(0.1, 0.9, 0.2).normalize());
+    scene.headless.frames(3);
+    let integrals = placed.each_ref().map(Placed::integral);
+    // Curves have 14 nodes for 22 edges.
+    check("across slabs", 0.05, &mut scene, &|view, at| merged_pixel(&integrals.each_ref(), view, at));
+    let image = scene.headless.image();
+    let shown = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count() as u64;
+    let room = scene.status().usage.view_bytes / RUN_BYTES;
+    println!("there is room for {room} runs of two volumes, in {shown} pixels");
+    assert!(room < shown * u64::from(SLABS) / 2, "there is room for {room} runs, in {shown} pixels");
 }
 
 /// A share of a volume's matter: every second one of the cubes of a checkerboard, with gaps, or all of them.

@@ -12,13 +12,13 @@ use crate::{
 };
 
 /// Bytes of a run.
-const RUN_BYTES: u64 = 16;
+pub const RUN_BYTES: u64 = 16;
 /// Slabs across z.
 const SLABS: u32 = 11;
 
 /// Translucent slabs with gaps between them, so that a ray has a run in each.
-fn slabs() -> Volume {
-    let size = UVec3::new(18, 17, 4 * SLABS);
+pub fn slabs(count: u32) -> Volume {
+    let size = UVec3::new(18, 17, 4 * count);
     volume_from(size, DVec3::ONE, |p| {
         let z = ((p.z + 1.0) / 2.0 * f64::from(size.z)) as u32;
         if z % 4 == 2 { 0.5 } else { 0.0 }
@@ -27,9 +27,9 @@ fn slabs() -> Volume {
 
 #[test]
 fn rays_that_find_no_room_for_their_runs_are_drawn_and_exact() {
-    let mut scene = scene_of(slabs(), translucent_ramp(), ShadingMode::Solid);
+    let mut scene = scene_of(slabs(SLABS), translucent_ramp(), ShadingMode::Solid);
     scene.settle();
-    check("slabs", &mut scene, &Integral::of(&slabs(), &translucent_ramp()));
+    check("slabs", &mut scene, &Integral::of(&slabs(SLABS), &translucent_ramp()));
     let image = scene.headless.image();
     let shown = image.chunks(4).filter(|pixel| pixel[..3] != image[..3]).count() as u64;
     let room = scene.status().usage.view_bytes / RUN_BYTES;
@@ -42,7 +42,7 @@ fn rays_that_find_no_room_for_their_runs_are_drawn_and_exact() {
 #[test]
 fn more_views_than_one_dispatch_has_are_alike() {
     const TILES: UVec2 = UVec2::new(5, 4);
-    let mut scene = scene_of(slabs(), translucent_ramp(), ShadingMode::Cao);
+    let mut scene = scene_of(slabs(SLABS), translucent_ramp(), ShadingMode::Cao);
     let first = scene.camera();
     let size = IMAGE / TILES;
     let pose = *scene.world().get::<Transform>(first).expect("a camera");

@@ -4,7 +4,7 @@
 #import bevy_contextual_ao::{
     drawn_box::corner_of_box,
     marched_view::MarchedView,
-    merged::{DARK, RECORD_WORDS, curves_at, merged, transmittance_to},
+    merged::{DARK, own_curves, record, transmittance_to},
 }
 #ifdef DEPTH_PREPASS
 #import bevy_pbr::{prepass_utils::prepass_depth, view_transformations::depth_ndc_to_view_z}
@@ -12,33 +12,27 @@
 
 @group(#{VOLUME_BIND_GROUP}) @binding(12) var<uniform> marched_view: MarchedView;
 
-struct Vertex {
-    @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) record: u32,
-}
-
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) record: u32) -> Vertex {
-    return Vertex(corner_of_box(marched_view, index), record);
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner_of_box(marched_view, index);
 }
 
 @fragment
 fn fragment(
-    vertex: Vertex,
+    @builtin(position) position: vec4<f32>,
 #ifdef MULTISAMPLED
     @builtin(sample_index) sample_index: u32,
 #endif
 ) -> @location(0) vec4<f32> {
-    let word = RECORD_WORDS * vertex.record;
-    let curves = curves_at(word + 2u);
-    let pixel = vec2<u32>(vertex.position.xy);
-    let begin_depth = bitcast<f32>(merged[word]);
-    var end_depth = bitcast<f32>(merged[word + 1u]);
+    let curves = own_curves();
+    let pixel = vec2<u32>(position.xy);
+    let begin_depth = bitcast<f32>(record[0]);
+    var end_depth = bitcast<f32>(record[1]);
 #ifdef DEPTH_PREPASS
 #ifdef MULTISAMPLED
-    let opaque = prepass_depth(vertex.position, sample_index);
+    let opaque = prepass_depth(position, sample_index);
 #else
-    let opaque = prepass_depth(vertex.position, 0u);
+    let opaque = prepass_depth(position, 0u);
 #endif
     // Depth is reversed: 0 is infinitely far.
     if opaque > 0.0 {

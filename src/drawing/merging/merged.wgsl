@@ -15,16 +15,21 @@
     view_ray::{ViewRay, depth_at},
 }
 
-// Records of draws, then lists of other volumes, then the curves of pixels.
-@group(3) @binding(0) var<storage, read> merged: array<u32>;
-
-// Words of a record: depths at which the drawn part begins and ends; the volume's own curves, as a `CurvesOf`; number of
+// What the draw draws. Words: depths at which the drawn part begins and ends; the volume's own curves, as a `CurvesOf`; number of
 // others, and the word at which their list begins.
-const RECORD_WORDS: u32 = 8u;
+@group(3) @binding(0) var<storage, read> record: array<u32, 8>;
+
+// Records of all draws, then lists of other volumes, then the curves of pixels.
+@group(3) @binding(1) var<storage, read> merged: array<u32>;
+
 const CURVES_WORDS: u32 = 3u;
-const OTHERS: u32 = 5u;
 // Less light than this is none.
 const DARK: f32 = 1e-5;
+
+// The volume's own curves.
+fn own_curves() -> CurvesOf {
+    return CurvesOf(unpack_pixel(record[2]), unpack_pixel(record[3]), record[4]);
+}
 
 fn curves_at(word: u32) -> CurvesOf {
     return CurvesOf(unpack_pixel(merged[word]), unpack_pixel(merged[word + 1u]), merged[word + 2u]);
@@ -74,15 +79,14 @@ fn product_of_others(depth: f32) -> f32 {
     return product;
 }
 
-// Begins to draw the part of a record in a pixel.
-fn begin_part(record: u32, pixel: vec2<u32>) {
-    let word = RECORD_WORDS * record;
+// Begins to draw the part of the record in a pixel.
+fn begin_part(pixel: vec2<u32>) {
     part.pixel = pixel;
-    part.begin_depth = bitcast<f32>(merged[word]);
-    part.end_depth = bitcast<f32>(merged[word + 1u]);
-    part.is_shared = has_curve(curves_at(word + 2u), pixel);
-    part.others = select(0u, merged[word + OTHERS], part.is_shared);
-    part.first_other = merged[word + OTHERS + 1u];
+    part.begin_depth = bitcast<f32>(record[0]);
+    part.end_depth = bitcast<f32>(record[1]);
+    part.is_shared = has_curve(own_curves(), pixel);
+    part.others = select(0u, record[5], part.is_shared);
+    part.first_other = record[6];
     part.before = product_of_others(part.begin_depth);
 }
 

@@ -27,7 +27,7 @@ use bevy::{
 pub(super) use boxes::{WorldBox, groups_of};
 pub(super) use parts::{DrawnPart, parts_of, whole_behind};
 pub(super) use pipelines::{MergedPipelines, MergingPipelines};
-pub(super) use records::{MERGED_BIND_GROUP, MergedDraws, merged_layout};
+pub(super) use records::{MERGED_BIND_GROUP, MergedDraws, merged_bindings, merged_layout, offset_of_record};
 pub(super) use translucents::Translucents;
 
 use super::{phase::bind_volumes, pipeline::DrawPipeline, queue::queue_volumes};

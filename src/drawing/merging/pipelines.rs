@@ -26,6 +26,8 @@ pub(in crate::drawing) struct MergingPipelines<'w> {
 pub(in crate::drawing) struct MergedPipelines {
     pub dims: CachedRenderPipelineId,
     pub draws: CachedRenderPipelineId,
+    /// Draws the rays that `draws` leaves out.
+    pub draws_cut_off: Option<CachedRenderPipelineId>,
     /// Draws samples at the outlines of meshes, in multisampled views with a depth prepass.
     pub draws_far: Option<CachedRenderPipelineId>,
 }
@@ -46,12 +48,15 @@ impl MergingPipelines<'_> {
         };
         let are_found = finds(false) & (view.msaa_samples() == 1 || variant.is_surface() || finds(true));
         let merged = variant.merged();
+        let mut of = |variant| drawn.specialize(cache, base, (view, variant));
         let pipelines = MergedPipelines {
             dims: self.dimmed.specialize(cache, &self.dimming, view),
-            draws: drawn.specialize(cache, base, (view, merged)),
-            draws_far: merged.of_far_samples(view).map(|far| drawn.specialize(cache, base, (view, far))),
+            draws: of(merged),
+            draws_cut_off: merged.of_the_others().map(&mut of),
+            draws_far: merged.of_far_samples(view).map(&mut of),
         };
-        let rendered = [pipelines.dims, pipelines.draws].into_iter().chain(pipelines.draws_far);
+        let others = pipelines.draws_cut_off.into_iter().chain(pipelines.draws_far);
+        let rendered = [pipelines.dims, pipelines.draws].into_iter().chain(others);
         let are_there = rendered.fold(are_found, |all, id| all & cache.get_render_pipeline(id).is_some());
         are_there.then_some(pipelines)
     }

@@ -5,12 +5,15 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer, BufferDescriptor, BufferUsages,
-            ShaderStages, binding_types::storage_buffer_read_only_sized,
+            BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BindingResource, Buffer,
+            BufferBinding, BufferDescriptor, BufferUsages, ShaderStages,
+            binding_types::storage_buffer_read_only_sized,
         },
         sync_world::MainEntity,
     },
 };
+
+use core::num::NonZero;
 
 use super::parts::DrawnPart;
 use crate::render::{Gpu, VolumeWindows, pack_pixel};
@@ -21,10 +24,12 @@ pub(in crate::drawing) const MERGED_BIND_GROUP: usize = 3;
 
 /// Words of a record, of the curves of a volume, and of one curve, as in WGSL.
 const RECORD_WORDS: usize = 8;
+/// Words from a record to the next: a dynamic offset of every graphics device.
+const RECORD_STRIDE: usize = 64;
 const CURVES_WORDS: usize = 3;
 const CURVE_WORDS: u64 = 16;
 
-/// Merged draws of this frame. The index of a draw is its instance, by which the shader finds its record.
+/// Merged draws of this frame. The index of a draw is its instance, by which its record is bound.
 #[derive(Resource, Default)]
 pub(in crate::drawing) struct MergedDraws {
     groups: Vec<MergedGroup>,
@@ -119,7 +124,7 @@ impl MergedDraws {
     fn lay_out(&mut self, window_of: &WindowOf, most_words: u64) -> (Vec<u32>, u64) {
         let others = |group: &MergedGroup| group.volumes.len() * (group.volumes.len() - 1);
         let others: usize = self.groups.iter().map(others).sum();
-        let lists_at = RECORD_WORDS * self.draws.len();
+        let lists_at = RECORD_STRIDE * self.draws.len();
         let mut end_word = (lists_at + CURVES_WORDS * others) as u64;
         let mut lists = Vec::new();
         let mut own = Vec::new();
@@ -148,7 +153,11 @@ impl MergedDraws {
             let (curves, list) = own[*group][*member];
             let [first, end, word] = curves.words();
             let others = own[*group].len() as u32 - 1;
-            [part.begin_depth.to_bits(), part.end_depth.to_bits(), first, end, word, others, list as u32, 0]
+            let depths = [part.begin_depth, part.end_depth].map(f32::to_bits);
+            let record = [depths[0], depths[1], first, end, word, others, list as u32, 0];
+            let mut words = [0; RECORD_STRIDE];
+            words[..RECORD_WORDS].copy_from_slice(&record);
+            words
         });
         (records.chain(lists).collect(), end_word)
     }
@@ -162,7 +171,7 @@ impl MergedDraws {
         };
         let (head, words) = self.lay_out(&window_of, most_words);
         // Bindings are never empty.
-        let needed = 4 * words.max(RECORD_WORDS as u64);
+        let needed = 4 * words.max(RECORD_STRIDE as u64);
         let has = self.buffer.as_ref().map_or(0, |buffer| buffer.size());
         if needed > has || has > 4 * needed.max(1024) {
             self.buffer = Some(gpu.device.create_buffer(&BufferDescriptor {
@@ -180,13 +189,26 @@ impl MergedDraws {
     }
 }
 
-/// Layout of the group of the buffer.
+/// Layout of the group of the buffer: the record of a draw, and all of it.
 pub(in crate::drawing) fn merged_layout() -> BindGroupLayoutDescriptor {
-    let records = storage_buffer_read_only_sized(false, None);
+    let [record, all] = [true, false].map(|offset| storage_buffer_read_only_sized(offset, None));
     BindGroupLayoutDescriptor::new(
         "contextual_ao_merged",
-        &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, records),
+        &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, (record, all)),
     )
+}
+
+/// Its bindings.
+pub(in crate::drawing) fn merged_bindings(buffer: &Buffer) -> [BindGroupEntry<'_>; 2] {
+    let size = NonZero::new(4 * RECORD_WORDS as u64);
+    let record = BindingResource::Buffer(BufferBinding { buffer, offset: 0, size });
+    let all = buffer.as_entire_binding();
+    [BindGroupEntry { binding: 0, resource: record }, BindGroupEntry { binding: 1, resource: all }]
+}
+
+/// Dynamic offset of the record of a draw.
+pub(in crate::drawing) fn offset_of_record(instance: u32) -> u32 {
+    4 * RECORD_STRIDE as u32 * instance
 }
 
 /// Writes what merged draws of this frame read.
@@ -225,10 +247,10 @@ mod tests {
     #[test]
     fn sizes_are_those_of_the_shaders() {
         let shaders = concat!(include_str!("curve.wgsl"), include_str!("merged.wgsl"));
-        let sizes = [RECORD_WORDS as u64, CURVES_WORDS as u64, CURVE_WORDS];
-        for (name, size) in ["RECORD_WORDS", "CURVES_WORDS", "CURVE_WORDS"].into_iter().zip(sizes) {
+        for (name, size) in [("CURVES_WORDS", CURVES_WORDS as u64), ("CURVE_WORDS", CURVE_WORDS)] {
             assert!(shaders.contains(&format!("const {name}: u32 = {size}u;")), "{name} is not {size}");
         }
+        assert!(shaders.contains(&format!("record: array<u32, {RECORD_WORDS}>;")));
     }
 
     #[test]
@@ -239,12 +261,12 @@ mod tests {
         let found: Vec<_> = merged.curves.iter().map(|curves| [curves.first, curves.end]).collect();
         assert_eq!(found, [shared; 2]);
         // Two records, and for each member a list of one other.
-        let heads = 2 * RECORD_WORDS + 2 * CURVES_WORDS;
+        let heads = 2 * RECORD_STRIDE + 2 * CURVES_WORDS;
         assert_eq!(head.len(), heads);
         assert_eq!(words, heads as u64 + 2 * 4 * CURVE_WORDS);
         let own: Vec<_> = merged.curves.iter().map(CurvesOf::words).collect();
         for (member, [curves, other]) in [[own[0], own[1]], [own[1], own[0]]].into_iter().enumerate() {
-            let record = &head[RECORD_WORDS * member..][..RECORD_WORDS];
+            let record = &head[RECORD_STRIDE * member..][..RECORD_WORDS];
             assert_eq!(record[..2], [1f32.to_bits(), 2f32.to_bits()]);
             assert_eq!((&record[2..5], record[5]), (&curves[..], 1));
             assert_eq!(head[record[6] as usize..][..CURVES_WORDS], other);
@@ -254,8 +276,8 @@ mod tests {
     #[test]
     fn without_room_volumes_are_drawn_as_if_each_were_alone() {
         let (mut merged, window_of) = two();
-        let (head, words) = merged.lay_out(&window_of, 100);
-        assert!(merged.curves.is_empty() && words <= 100, "{words}");
+        let (head, words) = merged.lay_out(&window_of, 150);
+        assert!(merged.curves.is_empty() && words <= 150, "{words}");
         assert_eq!(head[2], head[3], "no pixel is shared");
     }
 }

@@ -9,7 +9,7 @@ use super::{MIDDLE, check, look_from, scene_of, three};
 use crate::{
     integral::{Integral, Pixel, View, merged_pixel, merged_pixel_up_to, srgb_byte},
     scene::{IMAGE, TestScene, in_world_units},
-    views::in_front,
+    views::{FAR_SHARE, in_front},
 };
 
 /// A pane that faces the camera: its distance from the world's centre towards the camera, mm.
@@ -61,7 +61,7 @@ fn a_translucent_mesh_divides_volumes_and_goes_on_doing_so_as_it_moves() {
             let pose = Transform::from_xyz(0.0, 0.0, pane_mm);
             scene.world().entity_mut(pane).insert(in_world_units(pose).with_scale(Vec3::ONE));
             scene.headless.frame();
-            check(&format!("{count} volumes, pane at {pane_mm} mm"), &mut scene, &|view, at| {
+            check(&format!("{count} volumes, pane at {pane_mm} mm"), FAR_SHARE, &mut scene, &|view, at| {
                 with_pane(&all, view, at, pose)
             });
         }
