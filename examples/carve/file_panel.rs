@@ -60,7 +60,8 @@ pub fn show(ui: &mut Ui, files: &Files, shown: &Shown, volume: &Volume3d, ready:
         }
         // Without a state nothing has been opened yet.
         (None, Some(LoadState::Failed(_)) | None) => {
-            ui.weak("nothing to show");
+            let has_series = files.list.found.as_ref().is_some_and(|found| !found.entries.is_empty());
+            ui.weak(if has_series { "click a series to show it" } else { "nothing to show" });
         }
         // The share of the file that has been read is not known.
         (None, _) => {
