@@ -5,7 +5,10 @@ use bevy::{
     prelude::*,
     render::camera::TemporalJitter,
 };
+use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
+
+use crate::scene::methods_of_few_rays;
 
 use super::rig::{Eye, Look, OPAQUE, OneCamera, TwoEyes, assert_same, eyes_of, head_from};
 
@@ -59,6 +62,26 @@ fn each_eye_sees_what_one_camera_sees() {
             let expected = late.map(|eye| one.draw(eye));
             assert_same(&format!("{name}, frame {frame}"), &seen, &expected);
         }
+    }
+}
+
+#[test]
+fn each_eye_sees_what_one_camera_sees_by_every_method() {
+    let (mut two, mut one) = (TwoEyes::new(), OneCamera::new());
+    // Progressive rays depend on the frames before, and the camera draws two for each of the eyes.
+    let methods = methods_of_few_rays().filter(|method| method.get::<ProgressiveRays>().is_none());
+    for (frame, method) in (1..).zip(methods) {
+        for scene in [&mut *two, &mut *one] {
+            let volume = scene.scene.volume;
+            scene.scene.world().entity_mut(volume).insert(AmbientOcclusion::by(method.clone()));
+            scene.settle();
+        }
+        let [early, late] = eyes(frame);
+        two.carve(frame);
+        let seen = two.draw(early, late);
+        one.carve(frame);
+        let expected = late.map(|eye| one.draw(eye));
+        assert_same(method.name(), &seen, &expected);
     }
 }
 

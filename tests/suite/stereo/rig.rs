@@ -110,6 +110,13 @@ impl Carved {
         self.settle();
     }
 
+    /// Sets the length of occlusion steps, which makes all occlusion stale.
+    pub fn set_step_mm(&mut self, step_mm: f32) {
+        let volume = self.scene.volume;
+        let mut occlusion = self.scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion");
+        occlusion.method.rays_mut().expect("rays").step_mm = Some(step_mm);
+    }
+
     pub fn settle(&mut self) {
         self.scene.settle();
         // A changed asset is drawn a frame later.
