@@ -14,7 +14,8 @@ use super::{MethodKind, MethodSettings};
 /// Each slice takes the mean of the remaining light over the base of a cone from slice to slice. It multiplies the
 /// mean by its own transmittance (section 3.4, equations 10 to 15). Only points in the image occlude: light comes in
 /// from beyond the image's edges. Opaque meshes hide volumes and do not shade them. Volumes with this method are drawn
-/// over each other by the distance of their centres, and under other translucent objects.
+/// over each other by the distance of their centres, and under other translucent objects. Two eyes see different occlusion
+/// ([`OcclusionDiffersBetweenEyes`](super::OcclusionDiffersBetweenEyes)).
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct DirectionalOcclusion {

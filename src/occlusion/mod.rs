@@ -26,6 +26,7 @@ mod shading;
 mod shortfall;
 mod sky;
 mod step_control;
+mod stereo;
 #[cfg(feature = "other_methods")]
 mod summed_area;
 #[cfg(feature = "other_methods")]
@@ -35,7 +36,11 @@ mod texels;
 mod turned_grid;
 mod volume_depth;
 
-use bevy::{camera::CameraUpdateSystems, ecs::component::RequiredComponentsError, prelude::*};
+use bevy::{
+    camera::{CameraUpdateSystems, visibility::VisibilitySystems},
+    ecs::component::RequiredComponentsError,
+    prelude::*,
+};
 
 pub use cast_budget::CastBudget;
 pub use custom::CustomMethod;
@@ -59,6 +64,7 @@ pub use settings::{AmbientOcclusion, Recompute, VoxelOpacities};
 pub use shading::{AmbientScale, Reconstruction, VolumeLighting, VolumeShading};
 pub use shortfall::{OcclusionFailed, OcclusionFallback, OcclusionLimit, OcclusionShortfall};
 pub use sky::Sky;
+pub use stereo::OcclusionDiffersBetweenEyes;
 #[cfg(feature = "other_methods")]
 pub use summed_area::SummedAreaOcclusion;
 #[cfg(feature = "other_methods")]
@@ -82,6 +88,8 @@ impl Plugin for OcclusionPlugin {
         app.init_resource::<Optimizations>()
             .init_resource::<CastBudget>()
             .add_observer(shortfall::warn_of_shortfall)
+            .add_observer(stereo::warn_of_eyes)
+            .add_systems(PostUpdate, stereo::find_eyes.after(VisibilitySystems::CheckVisibility))
             .register_type::<Optimizations>()
             .register_type::<CastBudget>()
             .register_type::<AmbientOcclusion>()

@@ -13,7 +13,8 @@ use crate::volume::VolumeGeometry;
 /// Each view finds the first point along each of its rays whose opacity reaches a threshold. Points around it count
 /// as occluded where they lie behind a surface that the view sees. Opaque meshes of the scene and volumes occlude
 /// each other. Every frame costs the same, whether anything changed or not. Objects that are hidden or outside of
-/// the image do not occlude.
+/// the image do not occlude. Two eyes see different occlusion
+/// ([`OcclusionDiffersBetweenEyes`](super::OcclusionDiffersBetweenEyes)).
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ScreenSpaceOcclusion {

@@ -29,7 +29,8 @@ pub struct VolumeShading {
     pub step_voxels: f32,
     /// Interpolation of intensities between voxels.
     pub reconstruction: Reconstruction,
-    /// Moves the start of every view ray by blue noise, a fixed tile of 64x64 pixels: slices turn into fine grain.
+    /// Moves the start of every view ray by blue noise, a fixed tile of 64x64 pixels: slices turn into fine grain. The
+    /// grain is fixed to pixels, so two eyes see it at other points of the volume. Apps for headsets switch it off.
     pub jitter: bool,
     /// View rays of a pixel at an outline of the volume or of a cut, in views with `Msaa`; at most 32. More rays cost as much
     /// as more such pixels. Fewer show steps, and flicker when a carver moves. With 1, all pixels have one ray. So has a

@@ -72,6 +72,7 @@ mod shaders;
 mod shading;
 mod small_files;
 mod stability;
+mod stereo;
 mod summed_area;
 mod sweeping;
 mod toy_method;

@@ -130,13 +130,12 @@ pub fn check(name: &str, scene: &mut TestScene, integral: &Integral) {
 }
 
 /// A frustum with its axis beside the middle, as headsets have. Its sides are given at a distance of 1.
-#[derive(Clone, Debug)]
-struct OffAxis {
-    low: Vec2,
-    high: Vec2,
+#[derive(Clone, Copy, Debug)]
+pub struct OffAxis {
+    pub low: Vec2,
+    pub high: Vec2,
+    pub near: f32,
 }
-
-const OFF_AXIS_NEAR: f32 = 1e-3;
 
 impl CameraProjection for OffAxis {
     fn get_clip_from_view(&self) -> Mat4 {
@@ -146,7 +145,7 @@ impl CameraProjection for OffAxis {
             Vec4::new(2.0 / size.x, 0.0, 0.0, 0.0),
             Vec4::new(0.0, 2.0 / size.y, 0.0, 0.0),
             Vec4::new(sum.x / size.x, sum.y / size.y, 0.0, -1.0),
-            Vec4::new(0.0, 0.0, OFF_AXIS_NEAR, 0.0),
+            Vec4::new(0.0, 0.0, self.near, 0.0),
         )
     }
 
@@ -161,7 +160,7 @@ impl CameraProjection for OffAxis {
     }
 
     fn get_frustum_corners(&self, near: f32, far: f32) -> [Vec3A; 8] {
-        let Self { low, high } = *self;
+        let Self { low, high, .. } = *self;
         let corner = |x: f32, y: f32, depth: f32| Vec3A::new(x * depth.abs(), y * depth.abs(), depth);
         let at = |z| {
             [
@@ -194,7 +193,7 @@ fn orthographic(height_mm: f32) -> Projection {
 fn every_projection_shows_the_integral() {
     let volume = volume();
     let (mut scene, integral) = (scene(volume.clone()), carved(&volume));
-    let off_axis = OffAxis { low: Vec2::new(-0.15, -0.6), high: Vec2::new(0.55, 0.1) };
+    let off_axis = OffAxis { low: Vec2::new(-0.15, -0.6), high: Vec2::new(0.55, 0.1), near: 1e-3 };
     let inside = Transform::from_xyz(-0.004, 0.003, -0.005).looking_to(Vec3::new(0.5, 0.2, 1.0), Vec3::Y);
     for (name, pose, projection) in [
         ("perspective", looking_from(20.0, 17.0, 40.0), perspective(0.7)),

@@ -12,6 +12,15 @@ use bevy::{
     },
 };
 
+use super::Headless;
+
+impl Headless {
+    /// Bytes of a texture, with packed rows, layer after layer.
+    pub fn bytes_of(&self, texture: &Texture) -> Vec<u8> {
+        read_texture(self.render_world(), texture)
+    }
+}
+
 /// Adds an image to render into.
 pub(super) fn add_target(app: &mut App, size: UVec2, format: TextureFormat) -> Handle<Image> {
     let mut image = Image::new_target_texture(size.x, size.y, format, None);
