@@ -42,8 +42,8 @@ impl Default for Grabbable {
 /// The thing that a hand holds. Inserting it on a [`Hand`] grabs a [`Grabbable`], removing it lets go.
 ///
 /// A hand keeps a thing that the app put into it until it opens; an open one closes before.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-#[component(clone_behavior = Ignore)]
+// Without `Clone`, so that a clone of a hand holds nothing.
+#[derive(Component, Debug, PartialEq, Eq)]
 #[relationship(relationship_target = HeldBy)]
 pub struct Holds(pub Entity);
 

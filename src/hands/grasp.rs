@@ -46,16 +46,22 @@ impl Grasp {
 
     /// The motion since the grab; `None` if there is none.
     pub fn motion(&mut self, places: &[Similarity]) -> Option<Motion> {
+        let is_back = |(finger, place): (&Finger, &Similarity)| {
+            finger.start == *place || finger.start == Similarity { rotation: -place.rotation, ..*place }
+        };
+        // Hands that are where they were bring the thing back, to the bit.
+        if self.fingers.iter().zip(places).all(is_back) {
+            for finger in &mut self.fingers {
+                finger.latest = finger.start;
+            }
+            return None;
+        }
         let mut now = places.to_vec();
         for (finger, place) in self.fingers.iter_mut().zip(&mut now) {
             if place.rotation.dot(finger.latest.rotation) < 0.0 {
                 place.rotation = -place.rotation;
             }
             finger.latest = *place;
-        }
-        // Hands that are where they were move nothing, to the bit.
-        if self.fingers.iter().map(|finger| finger.start).eq(now.iter().copied()) {
-            return None;
         }
         match (self.fingers.as_slice(), now.as_slice()) {
             ([finger], [now]) => Some(Motion::of_one(&finger.start, now)),

@@ -96,6 +96,9 @@ fn a_volume_in_the_hand_with_its_carvers_costs_what_a_camera_move_costs() {
     for pose in &path {
         scene.world().insert_resource(Wanted(in_metres(*pose)));
         scene.headless.frame();
+        let image = scene.headless.image();
+        scene.headless.frame();
+        assert!(scene.headless.image() == image, "the volume comes later than the hand");
     }
     assert!(scene.headless.image() != first, "the volume does not move");
     let out = passes(&mut scene);
