@@ -26,8 +26,8 @@
 //! doi:10.1016/j.cag.2024.01.011).
 //!
 //! Data flows one way through the modules. [`volume`], [`clip`] and [`occlusion`] describe the volumes, the carvers and
-//! the shading. `picking` casts rays at them. `render` extracts these descriptions and runs the passes. [`drawing`] draws
-//! the volumes. `gizmos` draws boxes around parts of this work. [`diagnostics`] reports the work done.
+//! the shading. `picking` casts rays at them. `hands` holds them. `render` extracts these descriptions and runs the passes.
+//! [`drawing`] draws the volumes. `gizmos` draws boxes around parts of this work. [`diagnostics`] reports the work done.
 
 #![cfg_attr(
     not(all(
@@ -47,6 +47,8 @@ pub mod diagnostics;
 pub mod drawing;
 #[cfg(feature = "gizmos")]
 pub mod gizmos;
+#[cfg(feature = "hands")]
+pub mod hands;
 pub mod occlusion;
 #[cfg(feature = "picking")]
 pub mod picking;
@@ -61,6 +63,11 @@ pub use plugin::ContextualAoPlugin;
 pub mod prelude {
     #[cfg(feature = "gizmos")]
     pub use crate::gizmos::{ListedBricks, ShowVolumeGizmos, VolumeGizmoConfigGroup};
+    #[cfg(feature = "hands")]
+    pub use crate::hands::{
+        CarveWhile, ChangeShape, Grabbable, Grabbed, Hand, HandSystems, HeldBy, HeldCarver, Holds, Released,
+        ToggleOperation,
+    };
     #[cfg(feature = "other_methods")]
     pub use crate::occlusion::{
         DirectionalOcclusion, OcclusionFiltering, OcclusionSweeping, ScreenSpaceOcclusion,

@@ -36,6 +36,8 @@ impl Plugin for ContextualAoPlugin {
             .add_systems(PreUpdate, receive_report);
         #[cfg(feature = "picking")]
         app.add_plugins(crate::picking::VolumePickingPlugin);
+        #[cfg(feature = "hands")]
+        app.add_plugins(crate::hands::HandPlugin);
         #[cfg(feature = "gizmos")]
         app.add_plugins(crate::gizmos::VolumeGizmoPlugin);
         if app.get_sub_app(RenderApp).is_none() {

@@ -16,9 +16,11 @@ use syn::{Item, Visibility as SynVisibility};
 use crate::headless::project_folder;
 
 /// Public components and resources that are no settings: what is derived, measured or lives on the GPU.
-const DERIVED: [&str; 8] = [
+const DERIVED: [&str; 10] = [
     "ClipCamera",
     "DicomLoads",
+    "HeldBy",
+    "Holds",
     "ListedBricks",
     "LookupTable",
     "OcclusionReady",

@@ -18,6 +18,7 @@ const ROOMS: &[&[&str]] = &[
     &["occlusion"],
     &["bundle"],
     &["picking"],
+    &["hands"],
     &["diagnostics"],
     &["render::gpu"],
     &["render::extract"],

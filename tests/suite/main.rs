@@ -36,6 +36,7 @@ mod filtering;
 mod geometry_term;
 mod gizmos;
 mod gradients;
+mod hands;
 mod independence;
 mod inspecting;
 mod integral;
