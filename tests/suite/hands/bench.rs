@@ -88,6 +88,11 @@ impl Bench {
         self.edit(self.hands[hand], |transform: &mut Transform| *transform = pose);
     }
 
+    pub fn place_both(&mut self, poses: [Transform; 2]) {
+        self.place(0, poses[0]);
+        self.place(1, poses[1]);
+    }
+
     /// Closes or opens hands in a frame.
     pub fn grip(&mut self, grips: [bool; 2]) {
         for (hand, grip) in self.hands.into_iter().zip(grips) {

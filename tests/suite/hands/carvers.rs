@@ -102,8 +102,8 @@ fn carvers_grow_at_a_rate_within_limits_and_things_in_hand_follow_meanwhile() {
             |bench: &Bench| bench.world(hand).inverse().transform_point3(bench.world(carver).translation);
         let before = in_hand(&bench);
         for (scaling, frames, expected) in [
-            (1.0, 10, 3.0),
-            (5.0, 20, 4.0),
+            (5.0, 10, 3.0),
+            (1.0, 20, 4.0),
             (-0.5, 10, 4.0 / 3f32.sqrt()),
             (-1.0, 40, 0.5),
             (f32::NAN, 10, 0.5),
