@@ -2,17 +2,18 @@
 
 use bevy::{asset::LoadState, ecs::system::SystemParam, prelude::*};
 use bevy_contextual_ao::prelude::*;
-use bevy_egui::egui::{Color32, ComboBox, ProgressBar, Ui};
+use bevy_egui::egui::{ComboBox, ProgressBar, Ui};
 
 use super::{
-    dicom::{Reading, SeriesList, panel::show_progress},
+    dicom::{
+        Reading, SeriesList,
+        panel::{ERROR, show_progress},
+    },
     dropping::Hovering,
     loading::Opening,
     picture::SavedPicture,
     shown::{FunctionSource, Shown},
 };
-
-const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 
 /// State of the files.
 #[derive(SystemParam)]

@@ -75,7 +75,6 @@ pub fn run(options: &Options) -> Result<(), String> {
                     "translucent": is_translucent,
                     "moves": moves,
                     "frame_over_one_volume": ms / medians[0],
-                    "frame_over_as_many_volumes": ms / medians[0] / case.volumes as f64,
                     "frame_over_other_case": ms / medians[case.beside],
                     "ms": ms,
                 }));

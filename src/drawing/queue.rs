@@ -238,20 +238,28 @@ impl Queue<'_> {
         });
     }
 
-    /// Draws a volume that shares no space, sorted by a depth.
-    fn add_alone(&mut self, shown: &Shown, depth: f32, pipelines: &mut Pipelines) {
+    /// Draws all rays of a volume: those with room for their runs, the others, and those of far samples.
+    fn add_rays(
+        &mut self,
+        shown: &Shown,
+        depth: f32,
+        pipelines: [Option<CachedRenderPipelineId>; 3],
+        instances: Range<u32>,
+    ) {
         let Functions { volume, cut_off_rays, far_samples } = *self.functions;
-        let variant = shown.variant;
-        let draws = [
-            (Some(variant), volume),
-            (variant.of_the_others(), cut_off_rays),
-            (variant.of_far_samples(self.key), far_samples),
-        ];
-        for (variant, function) in draws {
-            if let Some(variant) = variant {
-                self.add(shown, depth, pipelines.of(self.key, variant), function, 0..1);
+        for (pipeline, function) in pipelines.into_iter().zip([volume, cut_off_rays, far_samples]) {
+            if let Some(pipeline) = pipeline {
+                self.add(shown, depth, pipeline, function, instances.clone());
             }
         }
+    }
+
+    /// Draws a volume that shares no space, sorted by a depth.
+    fn add_alone(&mut self, shown: &Shown, depth: f32, pipelines: &mut Pipelines) {
+        let variant = shown.variant;
+        let variants = [Some(variant), variant.of_the_others(), variant.of_far_samples(self.key)];
+        let of_rays = variants.map(|variant| Some(pipelines.of(self.key, variant?)));
+        self.add_rays(shown, depth, of_rays, 0..1);
         self.add_depth(shown, depth);
     }
 
@@ -270,27 +278,19 @@ impl Queue<'_> {
         parts: &[DrawnPart],
         mut record: impl FnMut(usize, DrawnPart) -> u32,
     ) {
-        let Functions { volume, cut_off_rays, far_samples } = *self.functions;
+        let dim = self.functions.volume;
         for part in parts {
             let depth = part.sorted_depth;
             let records: Vec<_> = (0..members.len()).map(|member| record(member, *part)).collect();
             let each = || members.iter().zip(pipelines).zip(&records);
             if members.len() > 1 {
                 for ((shown, pipelines), record) in each() {
-                    self.add(shown, depth, pipelines.dims, volume, *record..record + 1);
+                    self.add(shown, depth, pipelines.dims, dim, *record..record + 1);
                 }
             }
             for ((shown, pipelines), record) in each() {
-                let draws = [
-                    (Some(pipelines.draws), volume),
-                    (pipelines.draws_cut_off, cut_off_rays),
-                    (pipelines.draws_far, far_samples),
-                ];
-                for (pipeline, function) in draws {
-                    if let Some(pipeline) = pipeline {
-                        self.add(shown, depth, pipeline, function, *record..record + 1);
-                    }
-                }
+                let of_rays = [Some(pipelines.draws), pipelines.draws_cut_off, pipelines.draws_far];
+                self.add_rays(shown, depth, of_rays, *record..record + 1);
             }
         }
         if let Some(nearest) = parts.last() {

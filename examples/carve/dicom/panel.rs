@@ -9,7 +9,8 @@ use contextual_ao_kit::dicom::Choice;
 
 use super::list::{Entry, Picture, SeriesList};
 
-const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
+/// Colour of reasons why something is not shown.
+pub const ERROR: Color32 = Color32::from_rgb(255, 120, 100);
 /// Width and height of a picture, points of the screen.
 const PICTURE: f32 = 64.0;
 

@@ -250,7 +250,10 @@ mod tests {
         for (name, size) in [("CURVES_WORDS", CURVES_WORDS as u64), ("CURVE_WORDS", CURVE_WORDS)] {
             assert!(shaders.contains(&format!("const {name}: u32 = {size}u;")), "{name} is not {size}");
         }
-        assert!(shaders.contains(&format!("record: array<u32, {RECORD_WORDS}>;")));
+        let record = format!(
+            "@group({MERGED_BIND_GROUP}) @binding(0) var<storage, read> record: array<u32, {RECORD_WORDS}>;"
+        );
+        assert!(shaders.contains(&record), "no `{record}`");
     }
 
     #[test]
