@@ -4,7 +4,7 @@ mod images;
 mod waiting;
 
 use bevy::{
-    app::PluginsState,
+    app::{PluginGroupBuilder, PluginsState},
     asset::UnapprovedPathMode,
     camera::{Hdr, RenderTarget},
     core_pipeline::tonemapping::Tonemapping,
@@ -79,18 +79,28 @@ impl Headless {
 
     /// [`Self::new`] on a device with these settings.
     pub fn with_settings(size: UVec2, settings: WgpuSettings, setup: impl FnOnce(&mut App)) -> Self {
-        Self::with_renderer(size, settings, true, setup)
+        Self::with_renderer(size, settings, true, |plugins| plugins, setup)
+    }
+
+    /// [`Self::new`] with other plugins of Bevy: `change` gets those of [`Self::new`].
+    pub fn with_plugins(
+        size: UVec2,
+        change: impl FnOnce(PluginGroupBuilder) -> PluginGroupBuilder,
+        setup: impl FnOnce(&mut App),
+    ) -> Self {
+        Self::with_renderer(size, device::settings(), true, change, setup)
     }
 
     /// [`Self::new`] as in apps with a window: frames are drawn while shaders compile.
     pub fn compiling_in_background(size: UVec2, setup: impl FnOnce(&mut App)) -> Self {
-        Self::with_renderer(size, device::settings(), false, setup)
+        Self::with_renderer(size, device::settings(), false, |plugins| plugins, setup)
     }
 
     fn with_renderer(
         size: UVec2,
         settings: WgpuSettings,
         synchronous_pipeline_compilation: bool,
+        change: impl FnOnce(PluginGroupBuilder) -> PluginGroupBuilder,
         setup: impl FnOnce(&mut App),
     ) -> Self {
         let mut app = App::new();
@@ -111,7 +121,7 @@ impl Headless {
             .disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>()
             .disable::<bevy::log::LogPlugin>();
         let alone = device::alone();
-        app.add_plugins((plugins, RenderDiagnosticsPlugin, ContextualAoPlugin));
+        app.add_plugins((change(plugins), RenderDiagnosticsPlugin, ContextualAoPlugin));
         drop(alone);
         app.init_resource::<Failures>()
             .init_resource::<RenderErrors>()

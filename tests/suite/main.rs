@@ -37,6 +37,7 @@ mod geometry_term;
 mod gizmos;
 mod gradients;
 mod hands;
+mod headset;
 mod independence;
 mod inspecting;
 mod integral;

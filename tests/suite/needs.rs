@@ -75,3 +75,12 @@ fn skip(what: &str) {
     // The line is written directly, because printed output of passing tests is not shown.
     let _ = writeln!(std::io::stderr(), "skipped: {test} needs {what}");
 }
+
+/// Folder for pictures of a session, if a runtime for headsets is to be used: `.ci/headset` starts one, and names the folder.
+pub fn headset() -> Option<PathBuf> {
+    let pictures = std::env::var_os("CONTEXTUAL_AO_HEADSET").map(PathBuf::from);
+    if pictures.is_none() {
+        skip("a runtime for headsets (.ci/headset)");
+    }
+    pictures
+}

@@ -1,0 +1,43 @@
+//! Hands and session of an OpenXR headset. Without a runtime none of it runs.
+//!
+//! `actions` (controllers) and `fingers` (hands without controllers) write [`Controls`](super::controls::Controls) and the
+//! poses of hands; `passthrough` shows the room.
+
+mod actions;
+mod bindings;
+mod fingers;
+mod passthrough;
+
+use bevy::prelude::*;
+use bevy_mod_openxr::{
+    action_binding::OxrSendActionBindings, action_set_syncing::OxrActionSetSyncSet, openxr_session_available,
+    openxr_session_running,
+};
+use bevy_mod_xr::{
+    session::{XrPreDestroySession, XrSessionCreated},
+    spaces::XrSpaceSyncSet,
+};
+
+pub use passthrough::Passthrough;
+
+/// Reads controllers and tracked hands, before [`Update`].
+pub struct HeadsetPlugin;
+
+impl Plugin for HeadsetPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Passthrough>()
+            .add_systems(Startup, actions::create.run_if(openxr_session_available))
+            .add_systems(XrSessionCreated, (actions::locate_hands, actions::attach).chain())
+            .add_systems(OxrSendActionBindings, actions::suggest_bindings)
+            .add_systems(XrPreDestroySession, actions::forget_spaces)
+            .add_systems(
+                PreUpdate,
+                (
+                    actions::sync.before(OxrActionSetSyncSet),
+                    (actions::read, fingers::read).chain().after(OxrActionSetSyncSet).after(XrSpaceSyncSet),
+                )
+                    .run_if(openxr_session_running),
+            )
+            .add_systems(Update, passthrough::blend.run_if(openxr_session_running));
+    }
+}

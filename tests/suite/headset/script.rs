@@ -1,0 +1,84 @@
+//! What head and hands do, frame by frame.
+
+use bevy::prelude::*;
+use std::f32::consts::TAU;
+
+use super::remote::RemoteHand;
+
+/// Length of the script.
+pub const FRAMES: u32 = 1000;
+/// Frames of a part. At the end of each everything rests.
+const PART: u32 = 100;
+const AT_REST_FROM: u32 = 85;
+
+/// Where everything is in a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    pub head: Transform,
+    /// Left and right.
+    pub hands: [RemoteHand; 2],
+    pub part: Part,
+    /// Whether nothing has moved since the frame before.
+    pub is_at_rest: bool,
+}
+
+/// Parts follow each other, and begin again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The right hand carves, the head rests.
+    Carve,
+    /// Nothing carves, the head walks around.
+    Look,
+    /// Both hands carve while the head walks.
+    Both,
+    /// The left hand takes the volume along, the right one carves.
+    Take,
+}
+
+impl Moment {
+    pub fn of(frame: u32) -> Self {
+        let part = [Part::Carve, Part::Look, Part::Both, Part::Take][(frame / PART % 4) as usize];
+        let in_part = (frame % PART).min(AT_REST_FROM);
+        let time = in_part as f32 / AT_REST_FROM as f32;
+        // Each part begins where the last one ended: head and hands walk on only while they move.
+        let walked = |parts: &[Part]| {
+            let done = (0..frame / PART).filter(|k| parts.contains(&Part::nth(*k))).count() as f32;
+            done + if parts.contains(&part) { time } else { 0.0 }
+        };
+        let head = head_at(walked(&[Part::Look, Part::Both]));
+        let right = walked(&[Part::Carve, Part::Both, Part::Take]);
+        let left = walked(&[Part::Both, Part::Take]);
+        let pulls = |does: bool| f32::from(does && in_part > 2);
+        let hands = [
+            RemoteHand {
+                pose: hand_at(-1.0, left),
+                trigger: pulls(part == Part::Both),
+                grip: pulls(part == Part::Take),
+                ..default()
+            },
+            RemoteHand { pose: hand_at(1.0, right), trigger: pulls(part != Part::Look), ..default() },
+        ];
+        Self { head, hands, part, is_at_rest: frame % PART > AT_REST_FROM }
+    }
+}
+
+impl Part {
+    fn nth(k: u32) -> Self {
+        Moment::of(k * PART).part
+    }
+}
+
+/// The head on its way around the volume.
+fn head_at(walked: f32) -> Transform {
+    let angle = 0.25 * TAU * walked;
+    let place = super::scene::VOLUME_AT + Vec3::new(0.55 * angle.sin(), 0.15 * (2.0 * angle).sin(), 0.55 * angle.cos());
+    Transform::from_translation(place).looking_at(super::scene::VOLUME_AT, Vec3::Y)
+}
+
+/// A hand on its way through the volume.
+fn hand_at(side: f32, walked: f32) -> Transform {
+    let angle = TAU * (0.4 * walked + 0.1 * side);
+    let place = Vec3::new(side * (0.06 + 0.05 * angle.cos()), 0.08 * angle.sin(), 0.06 + 0.08 * (1.3 * angle).cos());
+    Transform::from_translation(super::scene::VOLUME_AT + place)
+        .with_rotation(Quat::from_euler(EulerRot::YXZ, 0.4 * angle, 0.3 * side, 0.2))
+}
