@@ -6,16 +6,17 @@ mod remote;
 mod scene;
 mod script;
 
-use bevy::prelude::*;
-use bevy_contextual_ao::diagnostics::{SPAN_CLIP, SPAN_MARCH};
-use bevy_contextual_ao::prelude::*;
+use bevy_contextual_ao::{
+    diagnostics::{PassLog, SPAN_CLIP, SPAN_MARCH},
+    prelude::*,
+};
 use bevy_mod_xr::session::{XrCreateSessionMessage, XrRequestExitMessage, XrState};
 use contextual_ao_kit::headless::different_pixels;
 
 use crate::needs;
 use remote::Remote;
 use scene::{InHeadset, Recomputed};
-use script::{FRAMES, Moment};
+use script::{AT_REST_FROM, FRAMES, Moment, Part};
 
 /// Modules of the `carve_xr` example, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
@@ -28,6 +29,53 @@ mod carve_xr {
 /// Every how many frames both eyes are compared with a full recomputation.
 const SAMPLED: u32 = 40;
 
+/// Frames of a part in which things moved or rested, and passes that ran in them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    moving: u64,
+    clipped: u64,
+    marched: u64,
+    cast: u64,
+    at_rest: u64,
+    /// Passes of any kind that ran at rest.
+    ran_at_rest: u64,
+}
+
+impl Counts {
+    /// Adds a frame. What the first frames of a part count may be of the part before.
+    fn add(&mut self, moment: &Moment, before: &PassLog, now: &PassLog) {
+        let ran = |span| u64::from(now.jobs(span) > before.jobs(span));
+        match moment.in_part {
+            0..6 => {}
+            6..AT_REST_FROM => {
+                self.moving += 1;
+                self.clipped += ran(SPAN_CLIP);
+                self.marched += ran(SPAN_MARCH);
+                self.cast += ran(OcclusionRays::SPAN_CAST);
+            }
+            _ if moment.in_part > AT_REST_FROM + 6 => {
+                self.at_rest += 1;
+                self.ran_at_rest += now.total_jobs() - before.total_jobs();
+            }
+            _ => {}
+        }
+    }
+
+    /// Asserts that passes ran where something moved, and no others. A frame may come before the pose that was sent for it,
+    /// and find nothing moved.
+    fn assert_follow(&self, part: Part) {
+        assert!(self.moving > 100 && self.at_rest > 10, "{part:?} is too short");
+        assert_eq!(self.ran_at_rest, 0, "passes that ran at rest, {part:?}");
+        let most = |count: u64| 4 * count > 3 * self.moving;
+        assert!(most(self.marched) && most(self.cast), "views are not followed, {part:?}");
+        if part == Part::Look {
+            assert_eq!(self.clipped, 0, "nothing carves while the head walks");
+        } else {
+            assert!(most(self.clipped), "carvers do not clip, {part:?}");
+        }
+    }
+}
+
 #[test]
 fn a_script_carves_with_both_hands() {
     let Some(pictures) = needs::headset() else {
@@ -37,7 +85,8 @@ fn a_script_carves_with_both_hands() {
     let mut headset = InHeadset::new();
     let mut recomputed = Recomputed::new();
     headset.run_until(XrState::Running);
-    let mut carved = 0;
+    let mut counts = [Counts::default(); Part::COUNT];
+    let mut pictures_of_carving = None;
     let mut before = headset.passes();
     for frame in 0..FRAMES {
         let moment = Moment::of(frame);
@@ -45,12 +94,8 @@ fn a_script_carves_with_both_hands() {
         let is_sampled = frame % SAMPLED == SAMPLED - 1;
         headset.frame(is_sampled);
         let now = headset.passes();
-        let jobs = |span| now.jobs(span) - before.jobs(span);
-        // The report of a frame arrives in the next one.
-        if Moment::of(frame.saturating_sub(4)).is_at_rest && moment.is_at_rest {
-            assert_eq!(now, before, "passes run at rest, frame {frame}");
-        }
-        carved += jobs(SPAN_CLIP);
+        counts[moment.part as usize].add(&moment, &before, &now);
+        before = now;
         if is_sampled {
             let seen = headset.eyes();
             let expected = recomputed.draw(&headset.poses());
@@ -59,11 +104,16 @@ fn a_script_carves_with_both_hands() {
                 assert_eq!(differ, 0, "pixels of eye {eye} that are stale in frame {frame}");
             }
             assert!(seen[0] != seen[1], "both eyes see the same");
+            if moment.part == Part::Both {
+                pictures_of_carving = Some(seen);
+            }
         }
-        before = now;
     }
-    println!("{carved} clips in {FRAMES} frames; marched {}", before.jobs(SPAN_MARCH));
-    for (name, eye) in ["left", "right"].into_iter().zip(headset.eyes()) {
+    for (part, counts) in Part::ALL.into_iter().zip(counts) {
+        println!("{part:?}: {counts:?}");
+        counts.assert_follow(part);
+    }
+    for (name, eye) in ["left", "right"].into_iter().zip(pictures_of_carving.expect("both hands carved")) {
         let [width, height] = headset.resolution().to_array();
         let path = pictures.join(name).with_extension("png");
         image::save_buffer(path, &eye, width, height, image::ColorType::Rgba8).expect("a picture is written");

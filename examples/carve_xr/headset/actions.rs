@@ -5,7 +5,7 @@ use bevy_mod_openxr::{
     action_binding::OxrSuggestActionBinding, action_set_attaching::OxrAttachActionSet,
     action_set_syncing::OxrSyncActionSet, resources::OxrInstance, session::OxrSession,
 };
-use bevy_mod_xr::spaces::{XrSpace, XrSpaceLocationFlags};
+use bevy_mod_xr::spaces::{XrPrimaryReferenceSpace, XrSpace, XrSpaceLocationFlags};
 use openxr::{Action, ActionSet, Path, Posef, Vector2f};
 
 use super::{
@@ -117,16 +117,31 @@ pub(super) fn locate_hands(
 ) -> Result {
     for (entity, controls) in &hands {
         let hand = actions.path_of(controls.side);
-        commands.entity(entity).insert(session.create_action_space(&actions.aim, hand, Isometry3d::IDENTITY)?);
+        commands.entity(entity).insert(session.create_action_space(
+            &actions.aim,
+            hand,
+            Isometry3d::IDENTITY,
+        )?);
     }
     Ok(())
 }
 
-/// Spaces end with their session.
-pub(super) fn forget_spaces(hands: Query<Entity, (With<Controls>, With<XrSpace>)>, mut commands: Commands) {
-    for hand in &hands {
+/// Ends the spaces of a session before it does. They would end with it, but the layer that checks calls takes those of
+/// the next session for the same then.
+pub(super) fn destroy_spaces(
+    instance: Res<OxrInstance>,
+    hands: Query<(Entity, &XrSpace), With<Controls>>,
+    primary: Option<Res<XrPrimaryReferenceSpace>>,
+    mut commands: Commands,
+) -> Result {
+    for (hand, space) in &hands {
         commands.entity(hand).remove::<XrSpace>();
+        instance.destroy_space(*space)?;
     }
+    if let Some(primary) = primary {
+        instance.destroy_space(primary.0.0)?;
+    }
+    Ok(())
 }
 
 pub(super) fn sync(actions: Res<Actions>, mut synced: MessageWriter<OxrSyncActionSet>) {

@@ -11,12 +11,13 @@ mod passthrough;
 use bevy::prelude::*;
 use bevy_mod_openxr::{
     action_binding::OxrSendActionBindings, action_set_syncing::OxrActionSetSyncSet, openxr_session_available,
-    openxr_session_running,
+    openxr_session_running, resources::OxrSessionConfig,
 };
 use bevy_mod_xr::{
     session::{XrPreDestroySession, XrSessionCreated},
     spaces::XrSpaceSyncSet,
 };
+use openxr::EnvironmentBlendMode;
 
 pub use passthrough::Passthrough;
 
@@ -25,11 +26,19 @@ pub struct HeadsetPlugin;
 
 impl Plugin for HeadsetPlugin {
     fn build(&self, app: &mut App) {
+        if let Some(mut session) = app.world_mut().get_resource_mut::<OxrSessionConfig>() {
+            // Transparent displays have no opaque mode.
+            session.blend_mode_preference = vec![
+                EnvironmentBlendMode::OPAQUE,
+                EnvironmentBlendMode::ADDITIVE,
+                EnvironmentBlendMode::ALPHA_BLEND,
+            ];
+        }
         app.init_resource::<Passthrough>()
             .add_systems(Startup, actions::create.run_if(openxr_session_available))
             .add_systems(XrSessionCreated, (actions::locate_hands, actions::attach).chain())
             .add_systems(OxrSendActionBindings, actions::suggest_bindings)
-            .add_systems(XrPreDestroySession, actions::forget_spaces)
+            .add_systems(XrPreDestroySession, actions::destroy_spaces)
             .add_systems(
                 PreUpdate,
                 (

@@ -7,10 +7,7 @@ use bevy::{
     math::DVec3,
     prelude::*,
     render::{
-        Render, RenderApp, RenderSystems,
-        renderer::RenderDevice,
-        sync_world::MainEntity,
-        view::ExtractedView,
+        Render, RenderApp, RenderSystems, renderer::RenderDevice, sync_world::MainEntity, view::ExtractedView,
     },
 };
 use bevy_contextual_ao::{diagnostics::PassLog, prelude::*};
@@ -90,7 +87,8 @@ impl InHeadset {
         let camera = scene.camera();
         let world = scene.world();
         world.despawn(camera);
-        let root = world.query_filtered::<Entity, With<XrTrackingRoot>>().single(world).expect("a tracking root");
+        let root =
+            world.query_filtered::<Entity, With<XrTrackingRoot>>().single(world).expect("a tracking root");
         let hands = [Side::Left, Side::Right].map(|side| spawn_hand(world, side, root));
         Self { scene, hands }
     }
@@ -142,7 +140,11 @@ impl InHeadset {
             let carver = world.get::<Children>(hand).expect("a carver")[0];
             world.get::<ClipMesh>(carver).expect("a carver").is_active
         };
-        Poses { volume: pose(self.scene.volume), hands: self.hands.map(|hand| (pose(hand), carves(hand))), eyes }
+        Poses {
+            volume: pose(self.scene.volume),
+            hands: self.hands.map(|hand| (pose(hand), carves(hand))),
+            eyes,
+        }
     }
 
     pub fn passes(&self) -> PassLog {
@@ -215,10 +217,10 @@ impl Recomputed {
         }
         poses.eyes.map(|eye| {
             let projection = XrProjection { projection_matrix: eye.clip_from_view, ..default() };
-            self.scene.world().entity_mut(camera).insert((
-                Projection::custom(projection),
-                Transform::from(eye.world_from_view),
-            ));
+            self.scene
+                .world()
+                .entity_mut(camera)
+                .insert((Projection::custom(projection), Transform::from(eye.world_from_view)));
             let render_world = self.scene.headless.app.sub_app_mut(RenderApp).world_mut();
             render_world.insert_resource(LatePose(eye.world_from_view));
             self.scene.headless.frame();

@@ -3,13 +3,13 @@
 use bevy::prelude::*;
 use std::f32::consts::TAU;
 
-use super::remote::RemoteHand;
+use super::{remote::RemoteHand, scene::VOLUME_AT};
 
 /// Length of the script.
 pub const FRAMES: u32 = 1000;
 /// Frames of a part. At the end of each everything rests.
 const PART: u32 = 100;
-const AT_REST_FROM: u32 = 85;
+pub const AT_REST_FROM: u32 = 85;
 
 /// Where everything is in a frame.
 #[derive(Clone, Copy, Debug)]
@@ -18,8 +18,8 @@ pub struct Moment {
     /// Left and right.
     pub hands: [RemoteHand; 2],
     pub part: Part,
-    /// Whether nothing has moved since the frame before.
-    pub is_at_rest: bool,
+    /// Frame of the part. From [`AT_REST_FROM`] on nothing moves.
+    pub in_part: u32,
 }
 
 /// Parts follow each other, and begin again.
@@ -37,9 +37,8 @@ pub enum Part {
 
 impl Moment {
     pub fn of(frame: u32) -> Self {
-        let part = [Part::Carve, Part::Look, Part::Both, Part::Take][(frame / PART % 4) as usize];
-        let in_part = (frame % PART).min(AT_REST_FROM);
-        let time = in_part as f32 / AT_REST_FROM as f32;
+        let (part, in_part) = (Part::nth(frame / PART), frame % PART);
+        let time = in_part.min(AT_REST_FROM) as f32 / AT_REST_FROM as f32;
         // Each part begins where the last one ended: head and hands walk on only while they move.
         let walked = |parts: &[Part]| {
             let done = (0..frame / PART).filter(|k| parts.contains(&Part::nth(*k))).count() as f32;
@@ -58,27 +57,35 @@ impl Moment {
             },
             RemoteHand { pose: hand_at(1.0, right), trigger: pulls(part != Part::Look), ..default() },
         ];
-        Self { head, hands, part, is_at_rest: frame % PART > AT_REST_FROM }
+        Self { head, hands, part, in_part }
     }
 }
 
 impl Part {
+    pub const COUNT: usize = 4;
+    pub const ALL: [Self; Self::COUNT] = [Self::Carve, Self::Look, Self::Both, Self::Take];
+
     fn nth(k: u32) -> Self {
-        Moment::of(k * PART).part
+        Self::ALL[k as usize % Self::COUNT]
     }
 }
 
 /// The head on its way around the volume.
 fn head_at(walked: f32) -> Transform {
     let angle = 0.25 * TAU * walked;
-    let place = super::scene::VOLUME_AT + Vec3::new(0.55 * angle.sin(), 0.15 * (2.0 * angle).sin(), 0.55 * angle.cos());
-    Transform::from_translation(place).looking_at(super::scene::VOLUME_AT, Vec3::Y)
+    let place = VOLUME_AT + Vec3::new(0.4 * angle.sin(), 0.1 * (2.0 * angle).sin(), 0.4 * angle.cos());
+    Transform::from_translation(place).looking_at(VOLUME_AT, Vec3::Y)
 }
 
 /// A hand on its way through the volume.
 fn hand_at(side: f32, walked: f32) -> Transform {
     let angle = TAU * (0.4 * walked + 0.1 * side);
-    let place = Vec3::new(side * (0.06 + 0.05 * angle.cos()), 0.08 * angle.sin(), 0.06 + 0.08 * (1.3 * angle).cos());
-    Transform::from_translation(super::scene::VOLUME_AT + place)
-        .with_rotation(Quat::from_euler(EulerRot::YXZ, 0.4 * angle, 0.3 * side, 0.2))
+    let place =
+        Vec3::new(side * (0.06 + 0.05 * angle.cos()), 0.08 * angle.sin(), 0.06 + 0.08 * (1.3 * angle).cos());
+    Transform::from_translation(VOLUME_AT + place).with_rotation(Quat::from_euler(
+        EulerRot::YXZ,
+        0.4 * angle,
+        0.3 * side,
+        0.2,
+    ))
 }

@@ -85,3 +85,25 @@ fn no_pass_runs_while_late_poses_rest() {
     }
     assert_eq!(two.scene.status().passes, before);
 }
+
+#[test]
+fn a_voxel_has_one_factor_in_both_eyes() {
+    let mut two = TwoEyes::new();
+    let mut known_by = |eye: Eye, step_mm: f32| {
+        two.pose([eye; 2], [eye; 2]);
+        two.set_step_mm(step_mm);
+        two.settle();
+        // Other rays, so that the next eye finds nothing known.
+        let occlusion = two.scene.occlusion();
+        two.set_step_mm(2.0 * step_mm);
+        two.settle();
+        occlusion
+    };
+    let [left, right] = head(0);
+    let [left, right] = [left, right].map(|eye| known_by(eye, 1.01));
+    let both = || left.iter().zip(&right).filter_map(|(left, right)| Some(((*left)?, (*right)?)));
+    let differ = both().filter(|(left, right)| left != right).count();
+    println!("{} voxels are read by either eye, {differ} have two factors", both().count());
+    assert!(both().count() > 300, "the eyes share {} voxels", both().count());
+    assert_eq!(differ, 0);
+}
