@@ -4,7 +4,6 @@
 use bevy::{
     app::PluginGroupBuilder,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    math::DVec3,
     prelude::*,
     render::{
         Render, RenderApp, RenderSystems, renderer::RenderDevice, sync_world::MainEntity, view::ExtractedView,
@@ -16,7 +15,11 @@ use bevy_mod_xr::{
     camera::{XrCamera, XrProjection},
     session::{XrState, XrTrackingRoot},
 };
-use contextual_ao_kit::{headless::Headless, mode::ShadingMode};
+use contextual_ao_kit::{
+    headless::{Headless, project_folder},
+    mode::ShadingMode,
+    picture::field::Field,
+};
 use std::time::Duration;
 
 use super::{
@@ -26,12 +29,12 @@ use super::{
     },
     eyes::{DrawnEye, DrawnEyes, ReadableEyes, readable_texture, watch},
 };
-use crate::scene::{TestScene, few_rays, folded_volume, translucent_ramp};
+use crate::scene::{TestScene, few_rays};
 
 /// Place of the volume, m.
 pub const VOLUME_AT: Vec3 = Vec3::new(0.0, 1.4, -0.5);
-/// Factor on the volume's size: headsets show nothing nearer than 0.1 m.
-const SCALE: f32 = 10.0;
+/// Voxels of the head along its height.
+const VOXELS_HIGH: u32 = 48;
 const PLAIN: (Tonemapping, DebandDither, Msaa) = (Tonemapping::None, DebandDither::Disabled, Msaa::Off);
 
 /// Poses that decide what is seen, as they are in a frame of the session.
@@ -43,11 +46,15 @@ pub struct Poses {
 }
 
 fn scene_in(headless: Headless, mode: ShadingMode) -> TestScene {
-    let volume = folded_volume(UVec3::splat(24), DVec3::ONE);
-    let mut scene = TestScene::in_app(headless, volume, translucent_ramp(), few_rays(), mode);
+    let head = Field::of_head(Vec::new(), VOXELS_HIGH).volume().expect("a head");
+    let function = project_folder().join("assets/head_phantom.tf.ron");
+    let function = std::fs::read_to_string(function).expect("the demo's transfer function");
+    let function = TransferFunction::from_ron(&function).expect("the demo's transfer function");
+    let mut occlusion = few_rays();
+    occlusion.method.rays_mut().expect("rays").step_mm = Some(head.spacing_mm().x);
+    let mut scene = TestScene::in_app(headless, head, function, occlusion, mode);
     scene.set_clip(|clip| clip.depth_map_size = 256);
-    let at = Transform::from_translation(VOLUME_AT).with_scale(Vec3::splat(SCALE));
-    scene.place_volume(at);
+    scene.place_volume(Transform::from_translation(VOLUME_AT));
     let volume = scene.volume;
     let world = scene.world();
     world.entity_mut(volume).insert(Grabbable::default());

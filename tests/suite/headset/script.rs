@@ -74,7 +74,7 @@ impl Part {
 fn head_at(walked: f32) -> Transform {
     let angle = 0.25 * TAU * walked;
     let place = VOLUME_AT + Vec3::new(0.4 * angle.sin(), 0.1 * (2.0 * angle).sin(), 0.4 * angle.cos());
-    Transform::from_translation(place).looking_at(VOLUME_AT, Vec3::Y)
+    Transform::from_translation(place).looking_at(VOLUME_AT - 0.12 * Vec3::Y, Vec3::Y)
 }
 
 /// A hand on its way through the volume.
