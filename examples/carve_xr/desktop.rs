@@ -14,6 +14,7 @@ use core::f32::consts::FRAC_PI_2;
 
 use super::{
     controls::{Controls, Side},
+    eyes::NEAR,
     rig::{Eye, Rig},
     wrist,
 };
@@ -77,7 +78,7 @@ fn spawn_eye(mut commands: Commands, rigs: Query<Entity, With<Rig>>) -> Result {
         Eye,
         PrimaryEguiContext,
         Camera3d::default(),
-        Projection::Perspective(PerspectiveProjection { near: 0.01, ..default() }),
+        Projection::Perspective(PerspectiveProjection { near: NEAR, ..default() }),
         Transform::from_xyz(0.0, EYES, 0.0),
         ChildOf(rigs.single()?),
     ));

@@ -6,6 +6,7 @@
 mod carvers;
 mod controls;
 mod desktop;
+mod eyes;
 mod frame_rate;
 mod headset;
 mod rig;
@@ -97,6 +98,7 @@ fn main() -> AppExit {
             carve::dicom::DicomPlugin,
             controls::ControlsPlugin,
             rig::RigPlugin,
+            eyes::EyesPlugin,
             carvers::CarversPlugin,
             scene::ScenePlugin,
             wrist::WristPlugin,

@@ -1,18 +1,12 @@
 //! A room with a stand, and the volume on it.
 
-use bevy::{
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    prelude::*,
-};
+use bevy::prelude::*;
 use bevy_contextual_ao::{
     prelude::*,
     volume::{VolumeGeometry, WORLD_UNITS_PER_MM},
 };
 
-use super::{
-    carvers::RemoveAll,
-    rig::{Eye, ROOM},
-};
+use super::{carvers::RemoveAll, rig::ROOM};
 
 /// Height of the stand, and radius of its top, metres.
 const STAND: f32 = 1.0;
@@ -31,7 +25,6 @@ impl Plugin for ScenePlugin {
             .add_systems(Startup, build_room)
             .add_systems(Update, show_room.run_if(resource_changed::<Passthrough>))
             .add_observer(set_up_volume)
-            .add_observer(set_up_eye)
             .add_observer(welcome)
             .add_observer(reset);
     }
@@ -88,11 +81,6 @@ fn show_room(passthrough: Res<Passthrough>, mut room: Query<&mut Visibility, Wit
     for mut part in &mut room {
         part.set_if_neq(if passthrough.is_on { Visibility::Hidden } else { Visibility::Inherited });
     }
-}
-
-/// Colours of transfer functions unchanged, and no noise that differs between eyes.
-fn set_up_eye(eye: On<Add, Eye>, mut commands: Commands) {
-    commands.entity(eye.entity).insert((Tonemapping::None, DebandDither::Disabled));
 }
 
 /// Lets hands grab a volume, and sets its look. A headlight costs little, and cuts are lit wherever they face.
