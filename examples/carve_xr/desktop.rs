@@ -6,6 +6,7 @@ use bevy::{
     prelude::*,
     window::PrimaryWindow,
 };
+use bevy_contextual_ao::prelude::Hand;
 use bevy_egui::{
     EguiContexts, EguiGlobalSettings, EguiPrimaryContextPass, PrimaryEguiContext,
     egui::{Align2, Area, Frame, Grid, RichText},
@@ -38,10 +39,12 @@ const RADIANS_PER_PIXEL: f32 = 0.004;
 const REACH: core::ops::RangeInclusive<f32> = 0.25..=3.0;
 const REACH_PER_NOTCH: f32 = 1.04;
 const NOTCHES_PER_PIXEL: f32 = 0.02;
-/// The hand from its carver's middle, seen from the eye: to the right, below and nearer. Its length is that of a tool.
+/// The right hand from its carver's middle, seen from the eye: to the right, below and nearer.
 const HAND: Vec3 = Vec3::new(0.04, -0.06, 0.07);
-/// Middle of the panel, seen from the eye.
-const PANEL: Vec3 = Vec3::new(-0.225, 0.0, -0.45);
+/// Hands grab what their carvers touch.
+const GRABS_WITHIN: f32 = 0.15;
+/// Middle of the right hand's panel, seen from the eye, if it had one.
+const PANEL: Vec3 = Vec3::new(0.225, 0.0, -0.45);
 /// Start of the pointing ray before the eye.
 const RAY_START: f32 = 0.15;
 
@@ -51,7 +54,7 @@ impl Plugin for DesktopPlugin {
     fn build(&self, app: &mut App) {
         app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
         app.init_resource::<Mouse>()
-            .add_systems(PostStartup, spawn_eye)
+            .add_systems(PostStartup, (spawn_eye, reach_far))
             .add_systems(PreUpdate, (look, move_hands).chain().after(bevy::input::InputSystems))
             .add_systems(EguiPrimaryContextPass, help);
     }
@@ -83,6 +86,12 @@ fn spawn_eye(mut commands: Commands, rigs: Query<Entity, With<Rig>>) -> Result {
         ChildOf(rigs.single()?),
     ));
     Ok(())
+}
+
+fn reach_far(mut hands: Query<&mut Hand>) {
+    for mut hand in &mut hands {
+        hand.reach = GRABS_WITHIN;
+    }
 }
 
 /// Turns the head, and sets the reach of the hand.
@@ -133,9 +142,8 @@ fn move_hands(
             hand.set_if_neq(at_rest(eye, controls.side));
         } else if let Some(ray) = cursor {
             let carver = ray.get_point(mouse.reach);
-            hand.set_if_neq(
-                Transform::from_translation(carver + eye.rotation * HAND).looking_at(carver, eye.up()),
-            );
+            let place = carver + eye.rotation * (mirror(controls.side) * HAND);
+            hand.set_if_neq(Transform::from_translation(place).looking_at(carver, eye.up()));
             let ray_start =
                 Transform::from_translation(ray.get_point(RAY_START)).looking_to(ray.direction, eye.up());
             let aim = hand.compute_affine().inverse() * ray_start.compute_affine();
@@ -144,10 +152,14 @@ fn move_hands(
     }
 }
 
+/// What is to the right of the right hand is to the left of the left hand.
+fn mirror(side: Side) -> Vec3 {
+    Vec3::new(if side == Side::Left { -1.0 } else { 1.0 }, 1.0, 1.0)
+}
+
 /// The pose of the hand that does not follow the mouse: its panel faces the eye.
 fn at_rest(eye: &Transform, side: Side) -> Transform {
-    let mirror = if side == Side::Left { Vec3::ONE } else { Vec3::new(-1.0, 1.0, 1.0) };
-    let panel = Isometry3d::new(eye.transform_point(mirror * PANEL), eye.rotation);
+    let panel = Isometry3d::new(eye.transform_point(mirror(side) * PANEL), eye.rotation);
     Transform::from_isometry(panel * wrist::PLACE.inverse())
 }
 

@@ -30,6 +30,8 @@ use super::{
 };
 
 const MARGIN: i8 = 8;
+/// Way of a hand during a click, in egui's points. Hands are less steady than a mouse, and slower.
+const SHAKE: f32 = 20.0;
 
 /// What the user should know about this start.
 #[derive(Resource, Clone, Debug, Default)]
@@ -77,6 +79,10 @@ pub fn show(
     };
     let context = context.get_mut();
     context.set_zoom_factor(PIXELS_PER_POINT);
+    context.options_mut(|options| {
+        let input = &mut options.input_options;
+        (input.max_click_dist, input.max_click_duration) = (SHAKE, f64::INFINITY);
+    });
     Area::new("panel".into()).fixed_pos(egui::Pos2::ZERO).movable(false).show(context, |ui| {
         Frame::new().inner_margin(MARGIN).show(ui, |ui| {
             enlarge(ui);
