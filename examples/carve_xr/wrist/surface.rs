@@ -22,9 +22,9 @@ pub const PIXELS_PER_POINT: f32 = 2.0;
 const BACKGROUND: Color = Color::srgb(0.09, 0.095, 0.105);
 const DOT_RADIUS: f32 = 0.002;
 
-/// Place of the panel's middle in the left hand: along the forearm, turned up by 75 degrees. So it hides no carver from the eyes.
+/// Place of the panel's middle in the left hand: along the forearm, turned up by 75 degrees. There it hides no carver.
 pub const PLACE: Isometry3d = Isometry3d {
-    rotation: Quat::from_xyzw(-0.608_761_43, 0.0, 0.0, 0.793_353_34),
+    rotation: Quat::from_xyzw(-0.608_761_4, 0.0, 0.0, 0.793_353_3),
     translation: bevy::math::Vec3A::new(0.0, 0.045, 0.17),
 };
 
