@@ -7,7 +7,7 @@ use core::f32::consts::{FRAC_PI_2, FRAC_PI_6};
 /// Modules of the `carve_xr` example, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
 #[path = "../../examples/carve_xr"]
-mod carve_xr {
+mod example {
     use bevy_contextual_ao::prelude::Quality;
 
     pub mod carvers;
@@ -28,7 +28,7 @@ mod carve_xr {
     }
 }
 
-use carve_xr::{
+use example::{
     carvers::{CarversPlugin, Left, RemoveAll},
     controls::{Controls, ControlsPlugin, LeaveHere, PanelPointing, Side, beyond_dead_zone},
     frame_rate::target_ms,
