@@ -2,7 +2,7 @@
 
 use bevy::{camera::primitives::Aabb, mesh::MeshMergeError, picking::hover::Hovered, prelude::*};
 use bevy_contextual_ao::prelude::*;
-use core::f32::consts::{FRAC_PI_2, TAU};
+use contextual_ao_kit::outlines::Outlines;
 
 use super::{hands::Hand, view};
 
@@ -34,8 +34,8 @@ enum Coat {
 const RING_TUBE: f32 = 0.3;
 /// Half the size of the box.
 const BOX: Vec3 = Vec3::new(1.0, 0.6, 0.6);
-/// Radius of the lines of an outline, where the shape has a radius of 1.
-const LINE_RADIUS: f32 = 0.01;
+/// The lines of an outline, where the shape has a radius of 1.
+const LINES: Outlines = Outlines { line_radius: 0.01 };
 /// Depth bias in diagonals of the volume's box. Carvers are drawn after the volume, wherever they are: they are not
 /// part of the picture.
 const IN_FRONT: f32 = 100.0;
@@ -119,64 +119,15 @@ fn coat_material(in_front: f32) -> StandardMaterial {
 
 /// The closed mesh of a carver, and its outline.
 fn shape(index: usize) -> Result<(Mesh, Mesh), MeshMergeError> {
-    let around_x = Quat::from_rotation_x(FRAC_PI_2);
-    let around_z = Quat::from_rotation_z(FRAC_PI_2);
     Ok(match index {
-        0 => {
-            let circles =
-                [Quat::IDENTITY, around_x, around_z].map(|rotation| circle(1.0).rotated_by(rotation));
-            (Sphere::new(1.0).mesh().uv(64, 32), merged(circles)?)
-        }
-        1 => (Cuboid::from_size(2.0 * BOX).into(), merged(box_edges())?),
+        0 => (Sphere::new(1.0).mesh().uv(64, 32), LINES.sphere(1.0)?),
+        1 => (Cuboid::from_size(2.0 * BOX).into(), LINES.cuboid(BOX)?),
         _ => {
-            let around = [
-                circle(1.0 - RING_TUBE),
-                circle(1.0 + RING_TUBE),
-                circle(1.0).translated_by(RING_TUBE * Vec3::Y),
-                circle(1.0).translated_by(-RING_TUBE * Vec3::Y),
-            ];
-            let across = (0..8).map(|k| {
-                circle(RING_TUBE)
-                    .rotated_by(around_x)
-                    .translated_by(Vec3::X)
-                    .rotated_by(Quat::from_rotation_y(k as f32 * TAU / 8.0))
-            });
             let ring = Torus { minor_radius: RING_TUBE, major_radius: 1.0 };
             let body = ring.mesh().minor_resolution(32).major_resolution(64).build();
-            (body, merged(around.into_iter().chain(across))?)
+            (body, LINES.torus(1.0, RING_TUBE)?)
         }
     })
-}
-
-/// A circle around the y axis.
-fn circle(radius: f32) -> Mesh {
-    let tube = Torus { minor_radius: LINE_RADIUS, major_radius: radius };
-    tube.mesh().minor_resolution(6).major_resolution(96).build()
-}
-
-/// The twelve edges of the box.
-fn box_edges() -> impl Iterator<Item = Mesh> {
-    let along = [Vec3::X, Vec3::Y, Vec3::Z];
-    let signs = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
-    (0..3).flat_map(move |axis| {
-        signs.map(|[a, b]| {
-            let (first, second) = (along[(axis + 1) % 3], along[(axis + 2) % 3]);
-            let thickness = Vec3::splat(2.0 * LINE_RADIUS);
-            let edge = Cuboid::from_size(thickness + 2.0 * BOX * along[axis]);
-            Mesh::from(edge).translated_by(BOX * (a * first + b * second))
-        })
-    })
-}
-
-fn merged(parts: impl IntoIterator<Item = Mesh>) -> Result<Mesh, MeshMergeError> {
-    let mut parts = parts.into_iter();
-    let Some(mut all) = parts.next() else {
-        return Ok(Sphere::new(LINE_RADIUS).into());
-    };
-    for part in parts {
-        all.merge(&part)?;
-    }
-    Ok(all)
 }
 
 /// Colours carvers by their operation. A carver in the hand is brighter.

@@ -14,6 +14,7 @@ pub mod framing;
 pub mod headless;
 pub mod inside;
 pub mod mode;
+pub mod outlines;
 pub mod picture;
 pub mod random;
 pub mod reach;

@@ -17,6 +17,7 @@ mod brightness;
 mod broken_files;
 mod budget;
 mod cameras;
+mod carve_xr;
 mod cast_budget;
 mod chart;
 mod components;

@@ -24,7 +24,7 @@ use std::time::Duration;
 
 use super::{
     carve_xr::{
-        controls::{Controls, Side},
+        controls::{Controls, ControlsPlugin, Side},
         headset::HeadsetPlugin,
     },
     eyes::{DrawnEye, DrawnEyes, ReadableEyes, readable_texture, watch},
@@ -87,7 +87,7 @@ impl InHeadset {
             add_xr_plugins(plugins).set(init)
         };
         let headless = Headless::with_plugins(UVec2::splat(16), plugins, |app| {
-            app.add_plugins(HeadsetPlugin).add_systems(PreUpdate, make_plain).add_systems(Update, intend);
+            app.add_plugins((HeadsetPlugin, ControlsPlugin)).add_systems(PreUpdate, make_plain);
             watch(app);
         });
         let mut scene = scene_in(headless, ShadingMode::PhongCao);
@@ -167,12 +167,6 @@ impl InHeadset {
 fn make_plain(eyes: Query<Entity, Added<XrCamera>>, mut commands: Commands) {
     for eye in &eyes {
         commands.entity(eye).insert(PLAIN);
-    }
-}
-
-fn intend(mut hands: Query<(&Controls, &mut Hand)>) {
-    for (controls, mut hand) in &mut hands {
-        (hand.grip, hand.trigger) = (controls.grip, controls.trigger);
     }
 }
 

@@ -1,0 +1,39 @@
+//! Frames first: while something moves, volumes are drawn with as many samples as the display leaves time for.
+
+use bevy::prelude::*;
+use bevy_contextual_ao::prelude::*;
+use bevy_mod_openxr::resources::OxrFrameState;
+
+use super::Arguments;
+
+/// Interval of a display that does not tell, ms.
+const USUAL_INTERVAL_MS: f32 = 1e3 / 60.0;
+/// Frames that wait for a display hide how much faster they could be, up to a third.
+const SLACK: f32 = 4.0 / 3.0;
+
+pub struct FrameRatePlugin;
+
+impl Plugin for FrameRatePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, set_targets);
+    }
+}
+
+/// Longest frame time, ms, given the interval of the display, ms.
+pub fn target_ms(interval_ms: Option<f32>) -> f32 {
+    SLACK * interval_ms.filter(|interval| *interval > 0.0).unwrap_or(USUAL_INTERVAL_MS)
+}
+
+fn set_targets(
+    mut commands: Commands,
+    frame: Option<Res<OxrFrameState>>,
+    arguments: Res<Arguments>,
+    volumes: Query<(Entity, Option<&MotionQuality>), With<Volume3d>>,
+) {
+    let interval_ms = frame.map(|frame| 1e-6 * frame.predicted_display_period.as_nanos() as f32);
+    let wanted =
+        MotionQuality { target_frame_ms: target_ms(interval_ms), lowest: arguments.lowest, ..default() };
+    for (volume, _) in volumes.iter().filter(|(_, present)| *present != Some(&wanted)) {
+        commands.entity(volume).insert(wanted.clone());
+    }
+}
