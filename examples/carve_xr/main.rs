@@ -9,6 +9,7 @@ mod desktop;
 mod eyes;
 mod frame_rate;
 mod headset;
+mod leaving;
 mod rig;
 mod scene;
 mod shapes;
@@ -30,7 +31,7 @@ mod carve {
 
 use bevy::{
     asset::UnapprovedPathMode, diagnostic::FrameTimeDiagnosticsPlugin, prelude::*,
-    render::pipelined_rendering::PipelinedRenderingPlugin,
+    render::pipelined_rendering::PipelinedRenderingPlugin, window::ExitCondition,
 };
 use bevy_contextual_ao::prelude::*;
 use bevy_egui::EguiPlugin;
@@ -89,7 +90,12 @@ fn main() -> AppExit {
                     unapproved_path_mode: UnapprovedPathMode::Allow,
                     ..default()
                 })
-                .set(WindowPlugin { primary_window: Some(window), ..default() }),
+                .set(WindowPlugin {
+                    primary_window: Some(window),
+                    // `leaving` ends the app.
+                    exit_condition: ExitCondition::DontExit,
+                    ..default()
+                }),
         )
         .add_plugins((ContextualAoPlugin, EguiPlugin::default(), FrameTimeDiagnosticsPlugin::default()))
         .add_plugins((
@@ -103,6 +109,7 @@ fn main() -> AppExit {
             scene::ScenePlugin,
             wrist::WristPlugin,
             frame_rate::FrameRatePlugin,
+            leaving::LeavingPlugin,
         ));
     let has_runtime =
         app.world().get_resource::<XrState>().is_some_and(|state| *state != XrState::Unavailable);

@@ -65,8 +65,8 @@ fn scene_in(headless: Headless, mode: ShadingMode) -> TestScene {
 /// A hand with a carver in it, below an entity.
 fn spawn_hand(world: &mut World, side: Side, root: Entity) -> Entity {
     let shape: Mesh = match side {
-        Side::Left => Cuboid::from_length(0.05).into(),
-        Side::Right => Sphere::new(0.035).into(),
+        Side::Left => Cuboid::from_length(0.08).into(),
+        Side::Right => Sphere::new(0.05).into(),
     };
     let mesh = world.resource_mut::<Assets<Mesh>>().add(shape);
     let carver = (HeldCarver::default(), Mesh3d(mesh), Transform::from_xyz(0.0, 0.0, -0.03));

@@ -80,8 +80,8 @@ fn head_at(walked: f32) -> Transform {
 /// A hand on its way through the volume.
 fn hand_at(side: f32, walked: f32) -> Transform {
     let angle = TAU * (0.4 * walked + 0.1 * side);
-    let place =
-        Vec3::new(side * (0.06 + 0.05 * angle.cos()), 0.08 * angle.sin(), 0.06 + 0.08 * (1.3 * angle).cos());
+    let side_m = side * (0.05 + 0.04 * angle.cos());
+    let place = Vec3::new(side_m, 0.07 * angle.sin(), 0.05 + 0.06 * (1.3 * angle).cos());
     Transform::from_translation(VOLUME_AT + place).with_rotation(Quat::from_euler(
         EulerRot::YXZ,
         0.4 * angle,
