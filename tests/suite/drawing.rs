@@ -10,7 +10,7 @@ use contextual_ao_kit::mode::ShadingMode;
 use crate::{
     headless::Headless,
     needs::shared_volumes,
-    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, volume_from},
+    scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp, volume_from},
 };
 
 fn scene(function: TransferFunction) -> TestScene {
@@ -184,4 +184,37 @@ fn one_head_in_four_axis_orders_looks_the_same() {
         // The heads come from one source, but are cropped to different grids. Only outlines may differ.
         assert!(different < shown / 10, "{different} of {shown} pixels differ");
     }
+}
+
+#[test]
+fn a_transparent_background_shows_through_as_much_as_volumes_let() {
+    // What a headset blends with the room.
+    let picture = |background: Color| {
+        let mut scene = TestScene::with(
+            folded_volume(UVec3::splat(24), DVec3::ONE),
+            translucent_ramp(),
+            few_rays(),
+            ShadingMode::PhongCao,
+            |app| {
+                app.insert_resource(ClearColor(background));
+            },
+        );
+        scene.settle();
+        scene.headless.image()
+    };
+    let [none, black, white] = [Color::NONE, Color::BLACK, Color::WHITE].map(picture);
+    let linear = |byte: u8| Color::srgb_u8(byte, byte, byte).to_linear().red;
+    let mut translucent = 0;
+    for ((none, black), white) in none.chunks(4).zip(black.chunks(4)).zip(white.chunks(4)) {
+        assert_eq!(none[..3], black[..3], "light of the volume alone");
+        let passes = linear(white[1]) - linear(black[1]);
+        let opacity = f32::from(none[3]) / 255.0;
+        translucent += usize::from((0.05..0.95).contains(&opacity));
+        // Half a byte of the opacity, and half a byte of two colours where sRGB is steepest (near white, 2.3 bytes).
+        assert!(
+            (opacity - (1.0 - passes)).abs() < (0.5 + 2.0 * 0.5 * 2.3) / 255.0,
+            "{none:?} {black:?} {white:?}"
+        );
+    }
+    assert!(translucent > 500, "{translucent} pixels are translucent");
 }

@@ -86,7 +86,6 @@ fn a_script_carves_with_both_hands() {
     let mut recomputed = Recomputed::new();
     headset.run_until(XrState::Running);
     let mut counts = [Counts::default(); Part::COUNT];
-    let mut pictures_of_carving = None;
     let mut before = headset.passes();
     for frame in 0..FRAMES {
         let moment = Moment::of(frame);
@@ -104,19 +103,16 @@ fn a_script_carves_with_both_hands() {
                 assert_eq!(differ, 0, "pixels of eye {eye} that are stale in frame {frame}");
             }
             assert!(seen[0] != seen[1], "both eyes see the same");
-            if moment.part == Part::Both {
-                pictures_of_carving = Some(seen);
+            for (name, eye) in ["left", "right"].into_iter().zip(seen) {
+                let path = pictures.join(format!("{frame:04}_{name}.png"));
+                let [width, height] = headset.resolution().to_array();
+                image::save_buffer(path, &eye, width, height, image::ColorType::Rgba8).expect("a picture");
             }
         }
     }
     for (part, counts) in Part::ALL.into_iter().zip(counts) {
         println!("{part:?}: {counts:?}");
         counts.assert_follow(part);
-    }
-    for (name, eye) in ["left", "right"].into_iter().zip(pictures_of_carving.expect("both hands carved")) {
-        let [width, height] = headset.resolution().to_array();
-        let path = pictures.join(name).with_extension("png");
-        image::save_buffer(path, &eye, width, height, image::ColorType::Rgba8).expect("a picture is written");
     }
     // A session ends, and another begins.
     headset.send(XrRequestExitMessage);
