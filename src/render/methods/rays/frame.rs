@@ -5,6 +5,7 @@ use bevy::render::render_resource::BindGroup;
 use super::{
     Rays,
     cast::RayCastJob,
+    fill::FillJob,
     go_on::GoOnJob,
     kept::{KeptRays, RayPassUniform},
     mark::MarkJob,
@@ -33,6 +34,8 @@ pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
     /// Pass over the views that fills the list of voxels.
     pub(super) mark: Option<MarkJob>,
+    /// Pass that gives what may wait a factor.
+    pub(super) fill: Option<FillJob>,
     /// Pass that lists the voxels whose rays go on.
     pub(super) go_on: Option<GoOnJob>,
     pub(super) share: ShareJob,
@@ -92,7 +95,9 @@ impl Rays {
             kept.waiting.any = false;
         }
         let goes_on = kept.frames_left > 0 && frame.uses_occlusion();
-        if !marks_any && !lists_stale && !goes_on && !kept.waiting.any {
+        let at_rest = !step.has_changes() && !kept.waiting.any;
+        let fills = budget.is_some() && frame.uses_occlusion() && kept.fill.is_due(frame, at_rest);
+        if !marks_any && !lists_stale && !goes_on && !fills && !kept.waiting.any {
             return None;
         }
         if marks_any || lists_stale {
@@ -123,6 +128,7 @@ impl Rays {
             mark: marks_any
                 .then(|| self.mark.bind_views(&unmarked, self.probe.place_margin(), kept, frame, gpu))
                 .flatten(),
+            fill: fills.then(|| self.fill.bind_volume(&mut kept.fill, frame, gpu)).flatten(),
             go_on: goes_on.then(|| self.go_on.bind_volume(&resources.bricks, kept, gpu)).flatten(),
             share: self.share.bind_volume(&resources.bricks, kept, reads_back, gpu)?,
             cast: self.cast.bind_volume(resources, kept, self.counts_work, slices, gpu)?,

@@ -11,7 +11,7 @@ use bevy::{
     },
 };
 
-use super::{slices::Slices, table::ray_table};
+use super::{fill::KeptFill, slices::Slices, table::ray_table};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, MethodSettings, ProgressiveRays},
@@ -108,6 +108,7 @@ pub(crate) struct KeptRays {
     pub(super) frames_left: u32,
     pub(super) go_on_groups: KeptGroup<[BufferId; 2], [BindGroup; 2]>,
     pub(super) parts: MarkParts,
+    pub(super) fill: KeptFill,
     /// `CastState` in WGSL.
     pub state: Option<Buffer>,
     pub(super) waiting: WaitingWords,
