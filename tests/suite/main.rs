@@ -18,6 +18,7 @@ mod broken_files;
 mod budget;
 mod cameras;
 mod cast_budget;
+mod cast_pacing;
 mod chart;
 mod components;
 mod coverage;

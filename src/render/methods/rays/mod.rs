@@ -14,6 +14,7 @@ mod mark;
 mod share;
 mod slices;
 mod table;
+mod waiting;
 
 use bevy::{
     asset::embedded_asset,
