@@ -37,7 +37,7 @@ fn unsettled(occlusion: AmbientOcclusion, setup: impl FnOnce(&mut App)) -> (Test
     let mut shading = scene.world().get_mut::<VolumeShading>(entity).expect("a volume");
     // What is as bright as a flat surface looks unoccluded.
     shading.ambient_scale = AmbientScale::FlatSurface;
-    let carver = scene.carve(Sphere::new(9.0), ClipMesh::default(), at(0));
+    let carver = scene.carve(Sphere::new(11.0), ClipMesh::default(), at(0));
     (scene, carver)
 }
 
@@ -65,15 +65,15 @@ fn is_ready(scene: &TestScene) -> bool {
     scene.headless.app.world().get::<OcclusionReady>(scene.volume).is_some_and(|ready| ready.0)
 }
 
-/// Number of frames until nothing waits.
+/// Number of frames until nothing waits. The report of a frame arrives in the next one.
 fn frames_until_ready(scene: &mut TestScene) -> u32 {
-    let mut frames = 0;
-    while !is_ready(scene) {
+    for frames in 1..500 {
         scene.headless.frame();
-        frames += 1;
-        assert!(frames < 500, "the words that wait do not end");
+        if is_ready(scene) {
+            return frames;
+        }
     }
-    frames
+    panic!("the words that wait do not end");
 }
 
 fn budget(words: u32) -> CastBudget {
@@ -88,17 +88,12 @@ fn slow_frames_come_down_to_the_floor_and_no_lower() {
     bounded.world().insert_resource(budget(PACING.least_words_per_frame));
     bounded.headless.frames(2);
     let exact = jump(&mut whole, carver, 3);
-    // From the first frame on it is as with a budget of as many words.
-    let mut images = [jump(&mut paced, paced_carver, 3), jump(&mut bounded, bounded_carver, 3)];
-    assert!(different_pixels(&images[0], &exact) > 0, "nothing is bounded");
-    let mut frames = 0;
-    while images[0] != exact {
-        assert_eq!(different_pixels(&images[0], &images[1]), 0, "frame {frames}");
-        images = [frame_image(&mut paced), frame_image(&mut bounded)];
-        frames += 1;
-        assert!(frames < 500, "the words that wait do not end");
-    }
-    assert!(frames > 2, "words waited for {frames} frames");
+    assert!(different_pixels(&jump(&mut paced, paced_carver, 3), &exact) > 0, "nothing is bounded");
+    jump(&mut bounded, bounded_carver, 3);
+    // It takes as long as with a budget of as many words.
+    let frames = [&mut paced, &mut bounded].map(frames_until_ready);
+    assert!(frames[1] > 5 && frames[0].abs_diff(frames[1]) <= 1, "{frames:?} frames");
+    assert_eq!(different_pixels(&paced.headless.image(), &exact), 0);
     // The user's own setting stays.
     assert_eq!(*paced.world().resource::<CastBudget>(), CastBudget::default());
 }
@@ -161,21 +156,25 @@ fn without_pacing_all_that_waits_is_cast_at_once() {
     assert_eq!(different_pixels(&frame_image(&mut paced), &exact), 0);
 }
 
-/// Mean of the brightness of some pixels, as shares of those of another image.
-fn brightness(image: &[u8], of: &[u8], counts: impl Fn(usize) -> bool) -> f64 {
+/// Brightness of an image of the volume, as a share of that of another image.
+fn brightness(image: &[u8], of: &[u8]) -> f64 {
     let sum = |image: &[u8]| -> f64 {
-        let pixels = image.chunks(4).enumerate().filter(|(pixel, _)| counts(*pixel));
-        pixels.flat_map(|(_, pixel)| &pixel[..3]).map(|byte| f64::from(*byte)).sum()
+        let shown = image.chunks(4).zip(of.chunks(4)).filter(|(_, of)| **of != of_background(image));
+        shown.flat_map(|(pixel, _)| &pixel[..3]).map(|byte| f64::from(*byte)).sum()
     };
     sum(image) / sum(of)
 }
 
-/// Brightness of a cut that has just opened, as shares of its brightness without occlusion: while almost all its rays
-/// wait, and with all of them. `change` is made before the cut, with time to settle.
-fn brightness_of_new_cut(change: impl Fn(&mut TestScene)) -> [f64; 2] {
-    let (mut waiting, waiting_carver) = scene(FAST_MS, None);
-    let (mut exact, carver) = scene(FAST_MS, None);
+fn of_background(image: &[u8]) -> [u8; 4] {
+    [image[0], image[1], image[2], image[3]]
+}
+
+/// Brightness of a side that comes into view, as shares of its brightness without occlusion: while almost all its rays
+/// wait, and with all of them. `change` is made before, with time to settle.
+fn brightness_of_new_side(change: impl Fn(&mut TestScene)) -> [f64; 2] {
+    let [mut waiting, mut exact] = [(); 2].map(|()| scene(FAST_MS, None).0);
     waiting.world().insert_resource(budget(100_000));
+    waiting.headless.frames(2);
     for scene in [&mut waiting, &mut exact] {
         change(scene);
         scene.headless.frames(2);
@@ -184,33 +183,36 @@ fn brightness_of_new_cut(change: impl Fn(&mut TestScene)) -> [f64; 2] {
     }
     waiting.world().insert_resource(budget(1));
     exact.set_mode(ShadingMode::Solid);
-    let before = frame_image(&mut exact);
-    let open = jump(&mut exact, carver, 3);
+    let open = other_side(&mut exact);
     exact.set_mode(ShadingMode::Cao);
-    let images = [jump(&mut waiting, waiting_carver, 3), frame_image(&mut exact)];
-    // The cut: what looks different without occlusion.
-    let is_new = |pixel: usize| before[4 * pixel..][..4] != open[4 * pixel..][..4];
-    assert!((0..open.len() / 4).filter(|pixel| is_new(*pixel)).count() > 300);
-    images.map(|image| brightness(&image, &open, is_new))
+    [other_side(&mut waiting), frame_image(&mut exact)].map(|image| brightness(&image, &open))
+}
+
+/// Image of the volume from behind.
+fn other_side(scene: &mut TestScene) -> Vec<u8> {
+    let camera = scene.camera();
+    let mut view = scene.world().get_mut::<Transform>(camera).expect("a camera");
+    *view = Transform::from_translation(-view.translation).looking_at(Vec3::ZERO, Vec3::Y);
+    frame_image(scene)
 }
 
 #[test]
-fn a_new_cut_is_drawn_as_if_unoccluded_while_its_rays_wait() {
-    let [waiting, exact] = brightness_of_new_cut(|_| {});
+fn what_comes_into_view_is_drawn_as_if_unoccluded_while_its_rays_wait() {
+    let [waiting, exact] = brightness_of_new_side(|_| {});
     println!("{waiting} while rays wait, {exact} with all of them");
-    // Around the cut some voxels were seen before, and keep their factors.
-    assert!((0.93..=1.0).contains(&waiting), "{waiting}");
-    assert!(exact < 0.9, "there is no occlusion to wait for: {exact}");
+    // Some voxels were seen before, through hollows, and keep their factors.
+    assert!((0.97..=1.001).contains(&waiting), "{waiting}");
+    assert!(exact < 0.99, "there is no occlusion to wait for: {exact}");
 }
 
 #[test]
-fn a_new_cut_is_drawn_by_the_present_sky() {
-    let [waiting, exact] = brightness_of_new_cut(|scene| {
+fn what_comes_into_view_is_drawn_by_the_present_sky() {
+    let [waiting, exact] = brightness_of_new_side(|scene| {
         let volume = scene.volume;
         scene.world().get_mut::<AmbientOcclusion>(volume).expect("a volume").sky = Sky::above(Vec3::X);
     });
     println!("{waiting} while rays wait, {exact} with all of them");
-    assert!((0.9..=1.0).contains(&waiting), "{waiting}");
+    assert!((0.97..=1.001).contains(&waiting), "{waiting}");
 }
 
 #[test]
@@ -238,6 +240,6 @@ fn a_first_image_is_not_black_while_its_rays_wait() {
         let different = (0..open.len() / 4).filter(|pixel| (0..3).any(|k| darker(4 * pixel + k))).count();
         let shown = open.chunks(4).filter(|pixel| **pixel != open[..4]).count();
         println!("{different} of {shown} pixels differ ({resolution:?})");
-        assert!(shown > 1500 && 20 * different < shown, "{different} of {shown} pixels ({resolution:?})");
+        assert!(shown > 1000 && 20 * different < shown, "{different} of {shown} pixels ({resolution:?})");
     }
 }
