@@ -83,9 +83,9 @@ pub mod prelude {
             ClipMesh, ClipMeshCutOff, ClipMeshFailed, ClipOperation, ClipSettings, ClipTargets, CoverageRule,
         },
         occlusion::{
-            AmbientOcclusion, AmbientScale, CastBudget, MotionQuality, OcclusionFailed, OcclusionMethod,
-            OcclusionRays, OcclusionResolution, ProgressiveRays, Quality, RayPattern, Recompute,
-            Reconstruction, Sky, VolumeDepth, VolumeLighting, VolumeShading, VoxelOpacities,
+            AmbientOcclusion, AmbientScale, CastBudget, CastPacing, MotionQuality, OcclusionFailed,
+            OcclusionMethod, OcclusionRays, OcclusionResolution, ProgressiveRays, Quality, RayPattern,
+            Recompute, Reconstruction, Sky, VolumeDepth, VolumeLighting, VolumeShading, VoxelOpacities,
         },
         volume::{
             ControlPoint, GradientPoint, GradientUnit, OcclusionReady, PointsAtGradient, Preset,

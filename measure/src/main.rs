@@ -17,7 +17,9 @@ mod lights;
 mod live;
 mod motion;
 mod overlaps;
+mod pacing;
 mod parts;
+mod periphery;
 mod picture;
 mod published;
 mod report;
@@ -143,6 +145,13 @@ struct Instead {
     /// Error of progressive rays while a carver moves: CT of an engine.
     #[arg(long)]
     motion: bool,
+    /// Frame times and errors with `CastPacing` and without it, in a generated volume: a ball carves, and now and then all
+    /// in view has to be cast.
+    #[arg(long)]
+    pacing: bool,
+    /// Time of two eyes with a periphery of half resolution over that of two whole images: the scene of benches/peers.
+    #[arg(long)]
+    periphery: bool,
     /// Errors of sweeping an isosurface and of directional occlusion shading against their own definitions, by Monte
     /// Carlo on the CPU: CT of an engine and of a head.
     #[arg(long)]
@@ -219,6 +228,10 @@ fn main() -> Result<(), String> {
         filtering::run(&options)
     } else if instead.motion {
         motion::run(&options)
+    } else if instead.pacing {
+        pacing::run(&options)
+    } else if instead.periphery {
+        periphery::run(&options)
     } else if instead.truths {
         truths::run(&options)
     } else if let Some(scene) = &instead.chart {

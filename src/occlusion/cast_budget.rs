@@ -11,9 +11,10 @@ pub struct CastBudget {
     /// driver takes the device for hung. Fewer words are safer on slow devices, and take a little more time.
     pub words_per_dispatch: u32,
     /// Most words of one frame; `None` casts all words in the frame that needs them. The others wait for later frames,
-    /// the oldest first. Until then, voxels keep the factor that they had, and new ones are dark.
+    /// the oldest first. Until then, voxels keep the factor that they had, and new ones are drawn as if unoccluded.
     /// [`OcclusionReady`](crate::volume::OcclusionReady) says when none waits. Fewer words keep frames short, and take
     /// more frames. Progressive rays, and occlusion that is recomputed in every frame, have no such bound.
+    /// [`CastPacing`](super::CastPacing) finds the number by the frame time.
     pub words_per_frame: Option<u32>,
 }
 

@@ -1,6 +1,7 @@
 //! Ambient occlusion of volumes: the methods and their settings, and the ray patterns (pure maths).
 
 mod cast_budget;
+mod cast_pacing;
 mod custom;
 #[cfg(feature = "other_methods")]
 mod directional;
@@ -9,6 +10,7 @@ mod directions;
 mod filtering;
 mod fit;
 mod flat_surface;
+mod frame_control;
 mod lengths;
 mod method;
 mod method_settings;
@@ -43,6 +45,8 @@ use bevy::{
 };
 
 pub use cast_budget::CastBudget;
+pub use cast_pacing::CastPacing;
+pub(crate) use cast_pacing::PacedWords;
 pub use custom::CustomMethod;
 #[cfg(feature = "other_methods")]
 pub use directional::DirectionalOcclusion;
@@ -92,6 +96,7 @@ impl Plugin for OcclusionPlugin {
             .add_systems(PostUpdate, stereo::find_eyes.after(VisibilitySystems::CheckVisibility))
             .register_type::<Optimizations>()
             .register_type::<CastBudget>()
+            .register_type::<CastPacing>()
             .register_type::<AmbientOcclusion>()
             .register_type::<VolumeShading>()
             .register_type::<VolumeDepth>()

@@ -1,37 +1,18 @@
 //! Control of the distance of view samples by the frame time.
 
-/// Factor of a small change, the fourth root of 2.
-const SMALL_CHANGE: f32 = 1.189_207_1;
+use super::frame_control::{FrameControl, Room};
+
 /// Largest factor of a change.
 const LARGEST_CHANGE: f32 = 2.0;
-/// Share of the target below which a frame is fast. A small change of the distance makes no fast frame slow.
-const FAST: f32 = 0.8;
-/// Frames after which a change shows in the frame time: rendering may lie two frames behind.
-const LATENCY: u32 = 4;
-/// Most frames between a change and the next shortening: about a second.
-const LONGEST_PATIENCE: u32 = 64;
 
-/// Distance of view samples, as far as a frame time allows.
-///
-/// A slow frame lengthens the distance in proportion, and fast frames shorten it a little. In between it stays. Where
-/// frames wait for a display, times jump, and a shortening that made frames slow would be tried again and again. So
-/// each lengthening doubles the patience before the next shortening, for as long as the motion lasts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Distance of view samples, as far as a frame time allows: saved samples lie farther apart ([`FrameControl`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StepControl {
     /// Distance, voxels.
     pub step_voxels: f32,
     /// Shortest and longest distance, voxels.
     bounds: [f32; 2],
-    /// Frames since the last change.
-    frames: u32,
-    /// Frames to wait before a shortening.
-    patience: u32,
-}
-
-impl Default for StepControl {
-    fn default() -> Self {
-        Self { step_voxels: 0.0, bounds: [0.0; 2], frames: 0, patience: LATENCY }
-    }
+    control: FrameControl,
 }
 
 impl StepControl {
@@ -43,38 +24,31 @@ impl StepControl {
 
     /// At the beginning of a motion: the times of frames before say nothing.
     pub fn in_new_motion(self) -> Self {
-        Self { frames: 0, patience: LATENCY, ..self }
+        Self { control: FrameControl::default(), ..self }
     }
 
-    /// After a frame in motion of this time. A time or target that is no number changes nothing, nor does a time of 0.
-    pub fn after(self, frame_ms: f32, target_ms: f32) -> Self {
-        let waiting = Self { frames: self.frames.saturating_add(1), ..self };
-        if waiting.frames < LATENCY || frame_ms <= 0.0 {
-            return waiting;
-        }
+    /// After a frame in motion of this time.
+    pub fn after(mut self, frame_ms: f32, target_ms: f32) -> Self {
         let [shortest, longest] = self.bounds;
-        if frame_ms > target_ms && self.step_voxels < longest {
-            let factor = (frame_ms / target_ms).clamp(SMALL_CHANGE, LARGEST_CHANGE);
-            Self {
-                step_voxels: (self.step_voxels * factor).min(longest),
-                frames: 0,
-                patience: (2 * self.patience).min(LONGEST_PATIENCE),
-                ..self
-            }
-        } else if frame_ms < FAST * target_ms
-            && self.step_voxels > shortest
-            && waiting.frames >= self.patience
-        {
-            Self { step_voxels: (self.step_voxels / SMALL_CHANGE).max(shortest), frames: 0, ..self }
-        } else {
-            waiting
+        let room = Room {
+            saves: self.step_voxels < longest,
+            spends: self.step_voxels > shortest,
+            largest_saving: LARGEST_CHANGE,
+        };
+        let saving = self.control.saving_after(frame_ms, target_ms, room);
+        if saving != 1.0 {
+            self.step_voxels = (self.step_voxels * saving).min(longest).max(shortest);
         }
+        self
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::frame_control::{FAST, LONGEST_PATIENCE},
+        *,
+    };
 
     const BOUNDS: [f32; 2] = [0.25, 2.0];
     const TARGET_MS: f32 = 10.0;

@@ -16,8 +16,8 @@ use crate::{
     },
     diagnostics::{CountWork, TimePassesByClock},
     occlusion::{
-        AmbientOcclusion, CastBudget, FittedOcclusion, MethodKind, MotionSampling, OcclusionTexels,
-        Optimizations, Recompute, ShownOcclusion, VolumeDepth, VolumeShading,
+        AmbientOcclusion, CastBudget, CastPacing, FittedOcclusion, MethodKind, MotionSampling,
+        OcclusionTexels, Optimizations, Recompute, ShownOcclusion, VolumeDepth, VolumeShading,
     },
     render::gpu::frame::TimesByClock,
     volume::{LookupTable, VolumeBox, VolumeGeometry, WORLD_UNITS_PER_MM, longest_stretch},
@@ -34,6 +34,9 @@ pub(crate) struct ExtractedScene {
     pub clip_capacity: ClipCapacity,
     pub optimizations: Optimizations,
     pub cast_budget: CastBudget,
+    pub cast_pacing: Option<CastPacing>,
+    /// Time of the frame before, milliseconds; 0 without a clock.
+    pub frame_ms: f32,
     pub count_work: bool,
 }
 
@@ -174,7 +177,9 @@ pub(crate) fn extract_scene(
     poses: Extract<RelativePoses>,
     clip_settings: Extract<Res<ClipSettings>>,
     clip_capacity: Extract<Res<ClipCapacity>>,
-    (optimizations, cast_budget): (Extract<Res<Optimizations>>, Extract<Res<CastBudget>>),
+    optimizations: Extract<Res<Optimizations>>,
+    (cast_budget, cast_pacing): (Extract<Res<CastBudget>>, Extract<Option<Res<CastPacing>>>),
+    time: Extract<Option<Res<Time<Real>>>>,
     count_work: Extract<Res<CountWork>>,
     time_by_clock: Extract<Res<TimePassesByClock>>,
     device: Option<Res<RenderDevice>>,
@@ -183,6 +188,8 @@ pub(crate) fn extract_scene(
     scene.clip_capacity = **clip_capacity;
     scene.optimizations = **optimizations;
     scene.cast_budget = **cast_budget;
+    scene.cast_pacing = cast_pacing.as_deref().copied();
+    scene.frame_ms = time.as_deref().map_or(0.0, |time| 1e3 * time.delta_secs());
     scene.count_work = count_work.0 && device.is_some_and(|device| counts_arrive(&device));
     // The counters are cleared and read in the order of the frame.
     timing.0 = time_by_clock.0 && !scene.count_work;

@@ -219,6 +219,8 @@ impl Planning<'_, '_> {
                 looks_different,
                 optimizations,
                 cast_budget: self.scene.cast_budget,
+                cast_pacing: self.scene.cast_pacing,
+                frame_ms: self.scene.frame_ms,
             };
             method.plan(&mut **kept, &frame, self.gpu);
         }

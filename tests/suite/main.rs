@@ -19,6 +19,7 @@ mod budget;
 mod cameras;
 mod carve_xr;
 mod cast_budget;
+mod cast_pacing;
 mod chart;
 mod components;
 mod coverage;

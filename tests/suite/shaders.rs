@@ -110,6 +110,7 @@ fn definitions_of(name: &str) -> &'static [&'static str] {
         "clipping/distances.wgsl" => &["FIND_SEEN"],
         "methods/sweeping/sweep.wgsl" => &["LIGHT", "DISTANCES"],
         "methods/sweeping/collect.wgsl" => &["OCTANTS", "STORE_R8"],
+        "methods/rays/fill.wgsl" => &["STORE_R8"],
         "methods/rays/cast.wgsl" => &["STORE_R8", "GRID_BORDER", "COUNT_WORK", "PROGRESSIVE"],
         "methods/filtering/means.wgsl" => &["OF_DENSITIES", "SQUARES"],
         "methods/filtering/extrema.wgsl" => &["OF_DENSITIES"],

@@ -8,7 +8,7 @@ use bevy::{
 };
 
 use crate::{
-    occlusion::{AmbientOcclusion, CastBudget, MethodSettings, OcclusionMethod, Optimizations},
+    occlusion::{AmbientOcclusion, CastBudget, CastPacing, MethodSettings, OcclusionMethod, Optimizations},
     render::{
         clipping::step::{ClipStep, Demand},
         extract::ExtractedVolume,
@@ -106,6 +106,9 @@ pub struct VolumeFrame<'a> {
     pub(crate) looks_different: bool,
     pub(crate) optimizations: &'a Optimizations,
     pub(crate) cast_budget: CastBudget,
+    pub(crate) cast_pacing: Option<CastPacing>,
+    /// Time of the frame before, milliseconds.
+    pub(crate) frame_ms: f32,
 }
 
 impl VolumeFrame<'_> {

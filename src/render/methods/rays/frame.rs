@@ -5,6 +5,7 @@ use bevy::render::render_resource::BindGroup;
 use super::{
     Rays,
     cast::RayCastJob,
+    fill::FillJob,
     go_on::GoOnJob,
     kept::{KeptRays, RayPassUniform},
     mark::MarkJob,
@@ -33,6 +34,8 @@ pub(in crate::render) struct RaysJob {
     pub(super) volume: BindGroup,
     /// Pass over the views that fills the list of voxels.
     pub(super) mark: Option<MarkJob>,
+    /// Pass that gives what may wait a factor.
+    pub(super) fill: Option<FillJob>,
     /// Pass that lists the voxels whose rays go on.
     pub(super) go_on: Option<GoOnJob>,
     pub(super) share: ShareJob,
@@ -67,7 +70,7 @@ impl Rays {
     /// Decides which rays are cast, and records them as cast: a planned cast always runs.
     pub(super) fn plan_frame(&self, kept: &mut KeptRays, frame: &VolumeFrame, gpu: &Gpu) -> Option<RaysJob> {
         let VolumeFrame { of: KeptVolume { volume, resources }, step, windows, optimizations, .. } = *frame;
-        kept.waiting.receive(gpu);
+        kept.waiting.begin_frame(frame.cast_pacing, frame.frame_ms, gpu);
         kept.means_are_new = false;
         let follows_views = frame.uses_occlusion() && step.queue == Queue::None;
         let views = if follows_views { windows } else { &[] };
@@ -81,7 +84,9 @@ impl Rays {
         let lists_stale = step.has_changes() && step.queue != Queue::None;
         // Only words that views ask for may wait, and no progressive rays.
         let may_wait = step.queue == Queue::None && kept.running_means.is_none();
-        let budget = frame.cast_budget.words_per_frame.filter(|_| may_wait);
+        let paces = may_wait && frame.cast_pacing.is_some();
+        let bounds = [frame.cast_budget.words_per_frame, kept.waiting.paced.most()];
+        let budget = bounds.into_iter().flatten().min().filter(|_| may_wait);
         let begins_anew = step.has_changes() && step.is_all_stale;
         if begins_anew {
             BrickResources::empty(&resources.bricks.word_list, &gpu.queue);
@@ -92,7 +97,9 @@ impl Rays {
             kept.waiting.any = false;
         }
         let goes_on = kept.frames_left > 0 && frame.uses_occlusion();
-        if !marks_any && !lists_stale && !goes_on && !kept.waiting.any {
+        let at_rest = !step.has_changes() && !kept.waiting.any;
+        let fills = (budget.is_some() || paces) && frame.uses_occlusion() && kept.fill.is_due(frame, at_rest);
+        if !marks_any && !lists_stale && !goes_on && !fills && !kept.waiting.any {
             return None;
         }
         if marks_any || lists_stale {
@@ -103,7 +110,7 @@ impl Rays {
         kept.next_ray = first_ray + count;
         let slices = Slices::of(resources.bricks.bricks * MASK_WORDS, frame.cast_budget.words_per_dispatch);
         kept.keep_state(slices, &gpu.device);
-        let reads_back = kept.waiting.begin_cast(marks_any || lists_stale, budget.is_none(), gpu);
+        let reads_back = kept.waiting.begin_cast(marks_any || lists_stale, budget.is_none(), paces, gpu);
 
         let pass = RayPassUniform {
             first_ray,
@@ -123,6 +130,7 @@ impl Rays {
             mark: marks_any
                 .then(|| self.mark.bind_views(&unmarked, self.probe.place_margin(), kept, frame, gpu))
                 .flatten(),
+            fill: fills.then(|| self.fill.bind_volume(&mut kept.fill, frame, gpu)).flatten(),
             go_on: goes_on.then(|| self.go_on.bind_volume(&resources.bricks, kept, gpu)).flatten(),
             share: self.share.bind_volume(&resources.bricks, kept, reads_back, gpu)?,
             cast: self.cast.bind_volume(resources, kept, self.counts_work, slices, gpu)?,

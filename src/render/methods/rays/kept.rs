@@ -11,12 +11,12 @@ use bevy::{
     },
 };
 
-use super::{slices::Slices, table::ray_table};
+use super::{fill::KeptFill, slices::Slices, table::ray_table, waiting::WaitingWords};
 use crate::{
     diagnostics::GpuUsage,
     occlusion::{AmbientOcclusion, MethodSettings, ProgressiveRays},
     render::{
-        gpu::{device::Gpu, kept_group::KeptGroup, readback::WordReadback, textures::usage_of_buffers},
+        gpu::{device::Gpu, kept_group::KeptGroup, textures::usage_of_buffers},
         methods::voxel_method::KeptVolume,
         views::dispatch::ViewArray,
         volumes::kept::{LatestCast, MethodResources},
@@ -58,39 +58,6 @@ pub(super) struct MarkParts {
     pub words: KeptGroup<BufferId>,
 }
 
-/// Words whose rays wait for later frames.
-#[derive(Default)]
-pub(super) struct WaitingWords {
-    /// Number of casts so far, and number of the last one before which words were listed.
-    casts: u64,
-    listed_before: u64,
-    /// Whether any word may wait.
-    pub any: bool,
-    left: WordReadback<u64>,
-}
-
-impl WaitingWords {
-    /// Takes over the number of words that waited some frames ago.
-    pub fn receive(&mut self, gpu: &Gpu) {
-        if let Some((cast, left)) = self.left.receive(&gpu.device)
-            && left == 0
-            && cast >= self.listed_before
-        {
-            self.any = false;
-        }
-    }
-
-    /// Begins a cast, of all words or of some. Returns a buffer into which the number of the others is to be copied.
-    pub fn begin_cast(&mut self, lists_words: bool, casts_all: bool, gpu: &Gpu) -> Option<Buffer> {
-        self.casts += 1;
-        if lists_words {
-            self.listed_before = self.casts;
-        }
-        self.any = !casts_all && (self.any || lists_words);
-        if self.any { self.left.begin(self.casts, &gpu.device) } else { None }
-    }
-}
-
 /// Resources kept for a volume.
 #[derive(Default)]
 pub(crate) struct KeptRays {
@@ -108,6 +75,7 @@ pub(crate) struct KeptRays {
     pub(super) frames_left: u32,
     pub(super) go_on_groups: KeptGroup<[BufferId; 2], [BindGroup; 2]>,
     pub(super) parts: MarkParts,
+    pub(super) fill: KeptFill,
     /// `CastState` in WGSL.
     pub state: Option<Buffer>,
     pub(super) waiting: WaitingWords,

@@ -1,9 +1,11 @@
 //! Step V of the CAO paper: local ambient occlusion by rays around voxels, cast where the occlusion is stale and
 //! seen. Rays are cast all at once, or a few in every frame.
 //!
-//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) → `go_on` (those whose rays go on) → `share` (among dispatches) → `cast`.
+//! `frame` (views to follow, rays to cast) → `mark` (the voxels that views read) →
+//! `fill` (what may wait) → `go_on` (those whose rays go on) → `share` (among dispatches) → `cast`.
 
 pub(in crate::render) mod cast;
+mod fill;
 mod filter_probe;
 mod frame;
 mod go_on;
@@ -12,6 +14,7 @@ mod mark;
 mod share;
 mod slices;
 mod table;
+mod waiting;
 
 use bevy::{
     asset::embedded_asset,
@@ -34,6 +37,7 @@ use crate::{
     },
 };
 use cast::RayCastPasses;
+use fill::FillPass;
 use filter_probe::FilterProbe;
 use frame::RaysJob;
 use go_on::GoOnPass;
@@ -47,6 +51,7 @@ pub(super) struct RaysPlugin;
 impl Plugin for RaysPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "mark.wgsl");
+        embedded_asset!(app, "fill.wgsl");
         load_shader_library!(app, "cast_state.wgsl");
         embedded_asset!(app, "filter_probe.wgsl");
         load_shader_library!(app, "running_mean.wgsl");
@@ -60,6 +65,7 @@ impl Plugin for RaysPlugin {
 /// The passes of the method.
 pub(super) struct Rays {
     mark: MarkPass,
+    fill: FillPass,
     go_on: GoOnPass,
     share: SharePass,
     probe: FilterProbe,
@@ -71,6 +77,7 @@ impl FromWorld for Rays {
     fn from_world(world: &mut World) -> Self {
         Self {
             mark: MarkPass::from_world(world),
+            fill: FillPass::from_world(world),
             go_on: GoOnPass::from_world(world),
             share: SharePass::from_world(world),
             probe: FilterProbe::from_world(world),
@@ -91,6 +98,7 @@ impl VoxelMethod for Rays {
     fn is_ready(&self, method: &OcclusionMethod, cache: &PipelineCache) -> bool {
         let is_progressive = method.get::<ProgressiveRays>().is_some();
         self.mark.is_ready(cache)
+            & self.fill.is_ready(cache)
             & self.share.is_ready(cache)
             & self.probe.is_ready(cache)
             & self.cast.is_ready(self.counts_work, cache)
@@ -132,6 +140,9 @@ impl VoxelMethod for Rays {
             |(_, slice)| *slice == 0,
             |encoder, (job, slice)| {
                 if slice == 0 {
+                    if let Some(fill) = &job.fill {
+                        self.fill.encode_job(encoder, &job.volume, fill, cache);
+                    }
                     if let Some(go_on) = &job.go_on {
                         self.go_on.encode_job(encoder, &job.volume, go_on, cache);
                     }

@@ -1,4 +1,5 @@
-//! Pass that shares the listed words out to the slices of a ray cast, and reads back how many wait.
+//! Pass that shares the listed words out to the slices of a ray cast, and reads back how many it
+//! casts and how many wait.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -9,7 +10,10 @@ use bevy::{
     },
 };
 
-use super::kept::{KeptRays, RayPassUniform};
+use super::{
+    kept::{KeptRays, RayPassUniform},
+    waiting::READ_BYTES,
+};
 use crate::render::{
     gpu::{
         compute_pass::{ComputePass, Groups, PassDescriptor},
@@ -18,8 +22,8 @@ use crate::render::{
     volumes::bricks::BrickResources,
 };
 
-/// Place of the number of words that wait, in `CastState` in WGSL, bytes.
-const LEFT: u64 = 16;
+/// Place of what is read back in `CastState` in WGSL, bytes.
+const READ_FROM: u64 = 4;
 
 /// A pass of one invocation.
 #[derive(Deref)]
@@ -28,8 +32,8 @@ pub(super) struct SharePass(ComputePass);
 /// The words of one volume.
 pub(super) struct ShareJob {
     group: BindGroup,
-    /// The state, and a buffer into which the number of words that wait is copied.
-    left: Option<(Buffer, Buffer)>,
+    /// The state, and a buffer into which a part of it is copied.
+    read: Option<(Buffer, Buffer)>,
 }
 
 impl FromWorld for SharePass {
@@ -48,7 +52,7 @@ impl FromWorld for SharePass {
 }
 
 impl SharePass {
-    /// Binds the words of a volume. `reads_back`: buffer for the number of words that wait.
+    /// Binds the words of a volume. `reads_back`: buffer for a part of the state.
     pub fn bind_volume(
         &self,
         bricks: &BrickResources,
@@ -63,13 +67,13 @@ impl SharePass {
             let [settings, words, state] = buffers.map(|buffer| buffer.as_entire_binding());
             self.bind((settings, words, state), &gpu.cache, &gpu.device)
         });
-        Some(ShareJob { group, left: reads_back.map(|staging| (state.clone(), staging)) })
+        Some(ShareJob { group, read: reads_back.map(|staging| (state.clone(), staging)) })
     }
 
     pub fn encode_job(&self, encoder: &mut CommandEncoder, job: &ShareJob, cache: &PipelineCache) {
         self.encode(encoder, [&job.group], Groups::Square(1), cache);
-        if let Some((state, staging)) = &job.left {
-            encoder.copy_buffer_to_buffer(state, LEFT, staging, 0, 4);
+        if let Some((state, staging)) = &job.read {
+            encoder.copy_buffer_to_buffer(state, READ_FROM, staging, 0, READ_BYTES);
         }
     }
 }
