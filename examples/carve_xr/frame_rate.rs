@@ -1,4 +1,5 @@
-//! Frames first: while something moves, volumes are drawn with as many samples as the display leaves time for.
+//! Frames first: while something moves, volumes are drawn with as many samples as the display leaves time for. On request,
+//! frames cast as many rays.
 
 use bevy::prelude::*;
 use bevy_contextual_ao::prelude::*;
@@ -29,11 +30,16 @@ fn set_targets(
     frame: Option<Res<OxrFrameState>>,
     arguments: Res<Arguments>,
     volumes: Query<(Entity, Option<&MotionQuality>), With<Volume3d>>,
+    pacing: Option<Res<CastPacing>>,
 ) {
     let interval_ms = frame.map(|frame| 1e-6 * frame.predicted_display_period.as_nanos() as f32);
-    let wanted =
-        MotionQuality { target_frame_ms: target_ms(interval_ms), lowest: arguments.lowest, ..default() };
+    let target_frame_ms = target_ms(interval_ms);
+    let wanted = MotionQuality { target_frame_ms, lowest: arguments.lowest, ..default() };
     for (volume, _) in volumes.iter().filter(|(_, present)| *present != Some(&wanted)) {
         commands.entity(volume).insert(wanted.clone());
+    }
+    let wanted = CastPacing { target_frame_ms, ..default() };
+    if arguments.pace && pacing.is_none_or(|present| *present != wanted) {
+        commands.insert_resource(wanted);
     }
 }

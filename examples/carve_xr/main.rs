@@ -63,6 +63,9 @@ pub struct Arguments {
     /// Lowest quality while something moves: low, medium, high or reference. A lower one makes faster frames possible.
     #[arg(long, value_name = "NAME", default_value = "low")]
     lowest: Quality,
+    /// Lets occlusion come later rather than a frame.
+    #[arg(long)]
+    pace: bool,
     /// Stays on the desktop, and asks for no headset.
     #[arg(long)]
     desktop: bool,

@@ -25,6 +25,7 @@ mod example {
     #[derive(bevy::prelude::Resource)]
     pub struct Arguments {
         pub lowest: Quality,
+        pub pace: bool,
     }
 }
 
