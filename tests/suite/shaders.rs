@@ -58,7 +58,7 @@ const LIBRARIES: [(&str, &str); 36] = sources![
     "methods/sweeping/surface_ray.wgsl",
 ];
 
-const ENTRIES: [(&str, &str); 33] = sources![
+const ENTRIES: [(&str, &str); 34] = sources![
     "carvers/clip_draw.wgsl",
     "carvers/count_surfaces.wgsl",
     "carvers/peel.wgsl",
@@ -73,6 +73,7 @@ const ENTRIES: [(&str, &str); 33] = sources![
     "views/march.wgsl",
     "views/outlines.wgsl",
     "methods/rays/mark.wgsl",
+    "methods/rays/fill.wgsl",
     "methods/rays/go_on.wgsl",
     "methods/rays/share.wgsl",
     "methods/rays/filter_probe.wgsl",
