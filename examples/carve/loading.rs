@@ -6,14 +6,13 @@ use bevy::{
     prelude::*,
 };
 use bevy_contextual_ao::{prelude::*, volume::VolumeReadSettings};
-use contextual_ao_kit::budget::explain;
+use contextual_ao_kit::{budget::explain, files::FileOptions};
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
 };
 
 use super::{
-    Arguments,
     content::Content,
     dropping::{CannotOpen, FileKind, OpenDicom, OpenFile},
     shown::{FunctionSource, Opened, Shown},
@@ -59,16 +58,16 @@ impl Opening {
 /// Spawns the volume of the command line.
 fn open_first(
     mut commands: Commands,
-    arguments: Res<Arguments>,
+    options: Res<FileOptions>,
     assets: Res<AssetServer>,
     mut shown: ResMut<Shown>,
 ) {
-    let file = arguments.file.as_deref();
-    let component = arguments.component;
+    let file = options.file.as_deref();
+    let component = options.component;
     let choose = move |settings: &mut VolumeReadSettings| settings.component = component;
     let volume = match file {
         Some(file) if FileKind::of(file) == Ok(FileKind::Dicom) => {
-            let (paths, series) = (vec![file.to_owned()], arguments.series);
+            let (paths, series) = (vec![file.to_owned()], options.series);
             commands.trigger(OpenDicom { paths, series, component });
             Handle::default()
         }
@@ -83,10 +82,10 @@ fn open_first(
     };
     shown.opened = Opened { volume: volume.clone(), name: shown.name.clone(), ..default() };
     let mut bundle = VolumeBundle::new(volume);
-    if let Some(function) = &arguments.transfer_function {
+    if let Some(function) = &options.transfer_function {
         shown.function = FunctionSource::File;
         bundle = bundle.with_transfer_function(assets.load(outside_assets(function)));
-    } else if let Some(preset) = arguments.preset {
+    } else if let Some(preset) = options.preset {
         shown.function = FunctionSource::Preset(preset);
     } else if file.is_none() {
         bundle = bundle.with_transfer_function(assets.load(DEFAULT_TRANSFER_FUNCTION));

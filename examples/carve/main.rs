@@ -30,28 +30,13 @@ use bevy_contextual_ao::prelude::*;
 use bevy_egui::EguiPlugin;
 use bevy_panorbit_camera::PanOrbitCameraPlugin;
 use clap::Parser;
-use contextual_ao_kit::budget::BudgetOptions;
-use std::path::PathBuf;
+use contextual_ao_kit::{budget::BudgetOptions, files::FileOptions};
 
 /// Carves a volume by hand, shaded with contextual ambient occlusion.
-#[derive(Parser, Resource, Clone)]
-pub struct Arguments {
-    /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd; a folder, an archive (.zip) or a file of DICOM.
-    /// A generated head if left out.
-    file: Option<PathBuf>,
-    /// Index of the series to open among those of DICOM files [default: the only one, else what is clicked].
-    #[arg(long, value_name = "N", requires = "file")]
-    series: Option<u32>,
-    /// Index of the volume in a file or in a series that holds several, such as times or echoes; counted from zero.
-    #[arg(long, value_name = "N", requires = "file")]
-    component: Option<u32>,
-    /// Colours and opacities: a volume property of 3D Slicer (.vp, .vp.json) or .tf.ron.
-    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
-    transfer_function: Option<PathBuf>,
-    /// Colours and opacities for a common examination: ct_bone, ct_soft_tissue, ct_vessels, ct_lung, mr_head or
-    /// mr_angiography.
-    #[arg(long, value_name = "NAME")]
-    preset: Option<Preset>,
+#[derive(Parser)]
+struct Arguments {
+    #[command(flatten)]
+    files: FileOptions,
     #[command(flatten)]
     budget: BudgetOptions,
 }
@@ -68,7 +53,7 @@ fn main() -> AppExit {
     let window = Window { title: "carve".into(), ..default() };
     App::new()
         .insert_resource(arguments.budget.budget())
-        .insert_resource(arguments)
+        .insert_resource(arguments.files)
         .insert_resource(ClearColor(BACKGROUND))
         .add_plugins(
             DefaultPlugins

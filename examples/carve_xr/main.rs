@@ -25,8 +25,6 @@ mod carve {
     pub mod joint_histogram;
     pub mod loading;
     pub mod shown;
-
-    use super::Arguments;
 }
 
 use bevy::{
@@ -38,34 +36,16 @@ use bevy_egui::EguiPlugin;
 use bevy_mod_openxr::add_xr_plugins;
 use bevy_mod_xr::session::XrState;
 use clap::Parser;
-use contextual_ao_kit::{budget::BudgetOptions, headless::project_folder};
-use std::path::PathBuf;
+use contextual_ao_kit::{budget::BudgetOptions, files::FileOptions, headless::project_folder};
+use frame_rate::FrameOptions;
 
 /// Carves a volume with both hands, in a headset or on the desktop.
-#[derive(Parser, Resource, Clone)]
-pub struct Arguments {
-    /// Volume to open: .nii, .nii.gz, .hdr, .nrrd, .nhdr, .mha or .mhd; a folder, an archive (.zip) or a file of DICOM.
-    /// A generated head if left out.
-    file: Option<PathBuf>,
-    /// Index of the series to open among those of DICOM files [default: the only one, else what is clicked].
-    #[arg(long, value_name = "N", requires = "file")]
-    series: Option<u32>,
-    /// Index of the volume in a file or in a series that holds several, such as times or echoes; counted from zero.
-    #[arg(long, value_name = "N", requires = "file")]
-    component: Option<u32>,
-    /// Colours and opacities: a volume property of 3D Slicer (.vp, .vp.json) or .tf.ron.
-    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
-    transfer_function: Option<PathBuf>,
-    /// Colours and opacities for a common examination: ct_bone, ct_soft_tissue, ct_vessels, ct_lung, mr_head or
-    /// mr_angiography.
-    #[arg(long, value_name = "NAME")]
-    preset: Option<Preset>,
-    /// Lowest quality while something moves: low, medium, high or reference. A lower one makes faster frames possible.
-    #[arg(long, value_name = "NAME", default_value = "low")]
-    lowest: Quality,
-    /// Lets occlusion come later rather than a frame.
-    #[arg(long)]
-    pace: bool,
+#[derive(Parser)]
+struct Arguments {
+    #[command(flatten)]
+    files: FileOptions,
+    #[command(flatten)]
+    frames: FrameOptions,
     /// Stays on the desktop, and asks for no headset.
     #[arg(long)]
     desktop: bool,
@@ -125,5 +105,5 @@ fn main() -> AppExit {
         warn!("{NO_RUNTIME}");
         app.insert_resource(wrist::Notice(Some(NO_RUNTIME)));
     }
-    app.insert_resource(arguments).run()
+    app.insert_resource(arguments.files).insert_resource(arguments.frames).run()
 }

@@ -1,4 +1,4 @@
-//! Code shared by examples, tests and `measure`. It has an app without a window, scenes from command-line options,
+//! Code shared by examples, tests and `measure`. It has an app without a window, files and scenes from command-line options,
 //! series of DICOM as text and pictures, small scenes, and meshes with a known inside. It also has stability figures, the true pictures of
 //! analytic scenes, the data of charts, and reports.
 
@@ -8,6 +8,7 @@ pub mod chart;
 pub mod device;
 pub mod dicom;
 pub mod digits;
+pub mod files;
 pub mod fit;
 pub mod font;
 pub mod framing;

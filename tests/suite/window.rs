@@ -14,6 +14,7 @@ use bevy_contextual_ao::prelude::*;
 use bevy_panorbit_camera::PanOrbitCamera;
 use contextual_ao_kit::{
     digits::{decimals, significant},
+    files::FileOptions,
     mode::ShadingMode,
 };
 use std::{
@@ -31,9 +32,6 @@ mod series;
 #[allow(dead_code, reason = "some of it is for the window")]
 #[path = "../../examples/carve"]
 mod carve {
-    use bevy::prelude::*;
-    use std::path::PathBuf;
-
     pub mod carvers;
     pub mod content;
     pub mod dicom;
@@ -44,20 +42,9 @@ mod carve {
     pub mod picture;
     pub mod shown;
     pub mod view;
-
-    /// Command-line arguments that the modules read.
-    #[derive(Resource, Default)]
-    pub struct Arguments {
-        pub file: Option<PathBuf>,
-        pub series: Option<u32>,
-        pub component: Option<u32>,
-        pub transfer_function: Option<PathBuf>,
-        pub preset: Option<bevy_contextual_ao::prelude::Preset>,
-    }
 }
 
 use carve::{
-    Arguments,
     carvers::Carver,
     dicom::DicomPlugin,
     dropping::{CannotOpen, DroppingPlugin, FileKind, OpenDicom, OpenFile},
@@ -193,9 +180,9 @@ impl Window {
     fn new(name: &str, preset: Option<Preset>) -> Self {
         let folder = folder(name);
         write_volume(&folder.join("first.nrrd"), 8);
-        let arguments = Arguments { file: Some(folder.join("first.nrrd")), preset, ..default() };
+        let options = FileOptions { file: Some(folder.join("first.nrrd")), preset, ..default() };
         let headless = Headless::new(UVec2::splat(16), |app| {
-            app.insert_resource(arguments).add_plugins((LoadingPlugin, DroppingPlugin, DicomPlugin));
+            app.insert_resource(options).add_plugins((LoadingPlugin, DroppingPlugin, DicomPlugin));
         });
         let mut window = Self { headless, folder };
         window.until(|window| window.shown().content.is_some());
