@@ -11,10 +11,11 @@ use core::f32::consts::{FRAC_PI_2, FRAC_PI_6};
 /// Modules of the `carve_xr` example, as its own main file has them.
 #[allow(dead_code, reason = "some of it is for the window")]
 #[path = "../../examples/carve_xr"]
-mod example {
+pub mod example {
     pub mod carvers;
     pub mod controls;
     pub mod frame_rate;
+    pub mod headset;
     pub mod rig;
     pub mod shapes;
 

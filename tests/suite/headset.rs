@@ -18,14 +18,6 @@ use remote::Remote;
 use scene::{InHeadset, Recomputed};
 use script::{AT_REST_FROM, FRAMES, Moment, Part};
 
-/// Modules of the `carve_xr` example, as its own main file has them.
-#[allow(dead_code, reason = "some of it is for the window")]
-#[path = "../../examples/carve_xr"]
-mod carve_xr {
-    pub mod controls;
-    pub mod headset;
-}
-
 /// Every how many frames both eyes are compared with a full recomputation.
 const SAMPLED: u32 = 40;
 

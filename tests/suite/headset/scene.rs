@@ -22,14 +22,14 @@ use contextual_ao_kit::{
 };
 use std::time::Duration;
 
-use super::{
-    carve_xr::{
+use super::eyes::{DrawnEye, DrawnEyes, ReadableEyes, readable_texture, watch};
+use crate::{
+    carve_xr::example::{
         controls::{Controls, ControlsPlugin, Side},
         headset::HeadsetPlugin,
     },
-    eyes::{DrawnEye, DrawnEyes, ReadableEyes, readable_texture, watch},
+    scene::{TestScene, few_rays},
 };
-use crate::scene::{TestScene, few_rays};
 
 /// Place of the volume, m.
 pub const VOLUME_AT: Vec3 = Vec3::new(0.0, 1.4, -0.5);
