@@ -159,15 +159,15 @@ fn draw(painter: &Painter, to_screen: &RectTransform, function: &TransferFunctio
     }
     painter.add(Shape::mesh(cells));
     for points in &function.at_gradients {
-        for (gradient, width) in [(points.from, 1.0), (points.to, 2.0)] {
+        for (gradient, width) in [(points.from, 1.0), (points.to, 2.0_f32)] {
             painter.hline(rect.x_range(), height_of(to_screen, gradient), Stroke::new(width, Color32::WHITE));
         }
     }
     let places: Vec<_> =
         function.gradient_opacity.iter().map(|point| place_of_factor(to_screen, point)).collect();
-    painter.add(Shape::line(places.clone(), Stroke::new(1.0, Color32::from_gray(190))));
+    painter.add(Shape::line(places.clone(), Stroke::new(1.0_f32, Color32::from_gray(190))));
     for place in places {
-        painter.circle(place, POINT_RADIUS, Color32::GOLD, Stroke::new(1.0, Color32::from_gray(20)));
+        painter.circle(place, POINT_RADIUS, Color32::GOLD, Stroke::new(1.0_f32, Color32::from_gray(20)));
     }
 }
 

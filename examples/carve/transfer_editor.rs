@@ -233,12 +233,12 @@ fn draw(
         .iter()
         .map(|point| to_screen.transform_pos(pos2(point.value, point.opacity)))
         .collect();
-    painter.add(Shape::line(places.clone(), Stroke::new(1.0, Color32::from_gray(190))));
+    painter.add(Shape::line(places.clone(), Stroke::new(1.0_f32, Color32::from_gray(190))));
     for (index, (point, place)) in function.points.iter().zip(places).enumerate() {
         let edge = if editor.selected == Some(index) {
-            Stroke::new(2.5, Color32::WHITE)
+            Stroke::new(2.5_f32, Color32::WHITE)
         } else {
-            Stroke::new(1.0, Color32::from_gray(20))
+            Stroke::new(1.0_f32, Color32::from_gray(20))
         };
         painter.circle(place, POINT_RADIUS, display(point.color), edge);
     }
