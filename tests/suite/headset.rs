@@ -6,6 +6,7 @@ mod remote;
 mod scene;
 mod script;
 
+use bevy::math::Vec2;
 use bevy_contextual_ao::{
     diagnostics::{PassLog, SPAN_CLIP, SPAN_MARCH},
     prelude::*,
@@ -14,7 +15,7 @@ use bevy_mod_xr::session::{XrCreateSessionMessage, XrRequestExitMessage, XrState
 use contextual_ao_kit::headless::different_pixels;
 
 use crate::needs;
-use remote::Remote;
+use remote::{Remote, RemoteHand};
 use scene::{InHeadset, Recomputed};
 use script::{AT_REST_FROM, FRAMES, Moment, Part};
 
@@ -68,6 +69,24 @@ impl Counts {
     }
 }
 
+/// Each button of either hand arrives at that hand.
+fn assert_buttons_arrive(remote: &mut Remote, headset: &mut InHeadset) {
+    let head = Moment::of(FRAMES - 1).head;
+    let pressed =
+        RemoteHand { stick: Vec2::new(0.25, -0.75), shape: true, operation: true, ..RemoteHand::default() };
+    for hands in [[pressed, RemoteHand::default()], [RemoteHand::default(), pressed]] {
+        remote.send(head, hands).expect("the remote driver listens");
+        for _ in 0..6 {
+            headset.frame(false);
+        }
+        for (sent, controls) in hands.into_iter().zip(headset.controls()) {
+            assert!(controls.is_tracked, "{controls:?}");
+            assert!(controls.stick.distance(sent.stick) < 1e-3, "{sent:?} {controls:?}");
+            assert_eq!([controls.shape, controls.operation], [sent.shape, sent.operation], "{controls:?}");
+        }
+    }
+}
+
 #[test]
 fn a_script_carves_with_both_hands() {
     let Some(pictures) = needs::headset() else {
@@ -106,6 +125,7 @@ fn a_script_carves_with_both_hands() {
         println!("{part:?}: {counts:?}");
         counts.assert_follow(part);
     }
+    assert_buttons_arrive(&mut remote, &mut headset);
     // A session ends, and another begins.
     headset.send(XrRequestExitMessage);
     headset.run_until(XrState::Available);

@@ -31,6 +31,7 @@ mod directional;
 mod drawing;
 mod effects;
 mod exact;
+mod eye_layers;
 mod faults;
 mod features;
 mod field;

@@ -126,8 +126,8 @@ pub(super) fn locate_hands(
     Ok(())
 }
 
-/// Ends the spaces of a session before it does. They would end with it, but the layer that checks calls takes those of
-/// the next session for the same then.
+/// Ends the spaces of a session before the session ends. OpenXR would end them too. But a space of the next session may
+/// get the same handle, and the layer that checks calls refuses that.
 pub(super) fn destroy_spaces(
     instance: Res<OxrInstance>,
     hands: Query<(Entity, &XrSpace), With<Controls>>,

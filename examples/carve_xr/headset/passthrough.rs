@@ -18,7 +18,7 @@ pub(super) fn blend(
     modes: Option<ResMut<OxrEnvironmentBlendModes>>,
     mut passthrough: ResMut<Passthrough>,
     mut background: ResMut<ClearColor>,
-    mut drawn: Local<Option<Color>>,
+    mut opaque_background: Local<Option<Color>>,
 ) {
     let Some(mut modes) = modes else {
         return;
@@ -34,9 +34,9 @@ pub(super) fn blend(
         return;
     }
     if wanted == EnvironmentBlendMode::OPAQUE {
-        background.0 = drawn.take().unwrap_or(background.0);
+        background.0 = opaque_background.take().unwrap_or(background.0);
     } else {
-        drawn.get_or_insert(background.0);
+        opaque_background.get_or_insert(background.0);
         background.0 = Color::NONE;
     }
 }

@@ -5,9 +5,7 @@ use bevy::{
     app::PluginGroupBuilder,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
-    render::{
-        Render, RenderApp, RenderSystems, renderer::RenderDevice, sync_world::MainEntity, view::ExtractedView,
-    },
+    render::{RenderApp, renderer::RenderDevice},
 };
 use bevy_contextual_ao::{diagnostics::PassLog, prelude::*};
 use bevy_mod_openxr::{add_xr_plugins, init::OxrInitPlugin, resources::OxrCurrentSessionConfig};
@@ -22,12 +20,13 @@ use contextual_ao_kit::{
 };
 use std::time::Duration;
 
-use super::eyes::{DrawnEye, DrawnEyes, ReadableEyes, readable_texture, watch};
+use super::eyes::{DrawnEye, DrawnEyes, ReadableEyes, watch};
 use crate::{
     carve_xr::example::{
         controls::{Controls, ControlsPlugin, Side},
         headset::HeadsetPlugin,
     },
+    eye_layers::{eye_texture, read_layers, set_late_poses, take_late_poses},
     scene::{TestScene, few_rays},
 };
 
@@ -120,7 +119,7 @@ impl InHeadset {
     /// Runs a frame, whose eyes can be read or not.
     pub fn frame(&mut self, is_readable: bool) {
         let texture = is_readable.then(|| {
-            readable_texture(self.scene.headless.app.world().resource::<RenderDevice>(), self.resolution())
+            eye_texture(self.scene.headless.app.world().resource::<RenderDevice>(), self.resolution())
         });
         self.render_world().insert_resource(ReadableEyes(texture));
         self.scene.headless.frame();
@@ -134,9 +133,7 @@ impl InHeadset {
     /// What both eyes saw in the latest frame, if it can be read.
     pub fn eyes(&self) -> [Vec<u8>; 2] {
         let readable = self.scene.headless.app.sub_app(RenderApp).world().resource::<ReadableEyes>();
-        let mut left = self.scene.headless.bytes_of(readable.0.as_ref().expect("a readable frame"));
-        let right = left.split_off(left.len() / 2);
-        [left, right]
+        read_layers(&self.scene.headless, readable.0.as_ref().expect("a readable frame"))
     }
 
     pub fn poses(&mut self) -> Poses {
@@ -152,6 +149,11 @@ impl InHeadset {
             hands: self.hands.map(|hand| (pose(hand), carves(hand))),
             eyes,
         }
+    }
+
+    /// What the hands' devices say, left and right.
+    pub fn controls(&self) -> [Controls; 2] {
+        self.hands.map(|hand| *self.scene.headless.app.world().get::<Controls>(hand).expect("a hand"))
     }
 
     pub fn passes(&self) -> PassLog {
@@ -176,24 +178,10 @@ pub struct Recomputed {
     hands: [Entity; 2],
 }
 
-#[derive(Resource, Default)]
-struct LatePose(GlobalTransform);
-
 impl Recomputed {
     pub fn new() -> Self {
         let mut headless = Headless::new(UVec2::new(320, 240), |_| {});
-        headless.app.sub_app_mut(RenderApp).init_resource::<LatePose>();
-        headless.app.sub_app_mut(RenderApp).add_systems(
-            Render,
-            (|pose: Res<LatePose>, mut views: Query<&mut ExtractedView, With<MainEntity>>| {
-                for mut view in &mut views {
-                    view.world_from_view = pose.0;
-                }
-            })
-            .after(RenderSystems::ExtractCommands)
-            .before(RenderSystems::PrepareAssets)
-            .before(RenderSystems::CreateViews),
-        );
+        take_late_poses(&mut headless);
         let mut scene = scene_in(headless, ShadingMode::PhongCao);
         let volume = scene.volume;
         let mut occlusion = scene.world().get_mut::<AmbientOcclusion>(volume).expect("occlusion");
@@ -222,8 +210,7 @@ impl Recomputed {
                 .world()
                 .entity_mut(camera)
                 .insert((Projection::custom(projection), Transform::from(eye.world_from_view)));
-            let render_world = self.scene.headless.app.sub_app_mut(RenderApp).world_mut();
-            render_world.insert_resource(LatePose(eye.world_from_view));
+            set_late_poses(&mut self.scene.headless, vec![(camera, eye.world_from_view)]);
             self.scene.headless.frame();
             self.scene.headless.image()
         })

@@ -5,22 +5,13 @@ use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     math::DVec3,
     prelude::*,
-    render::{
-        Render, RenderApp, RenderSystems,
-        render_resource::{
-            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-            TextureViewDescriptor, TextureViewDimension,
-        },
-        renderer::RenderDevice,
-        sync_world::MainEntity,
-        texture::{ManualTextureView, ManualTextureViews},
-        view::ExtractedView,
-    },
+    render::{render_resource::Texture, renderer::RenderDevice, texture::ManualTextureViews},
 };
 use bevy_contextual_ao::prelude::*;
 use contextual_ao_kit::mode::ShadingMode;
 
 use crate::{
+    eye_layers::{eye_texture, insert_layers, read_layers, set_late_poses, take_late_poses},
     scene::{IMAGE, TestScene, few_rays, folded_volume, opaque_ramp, translucent_ramp},
     views::OffAxis,
 };
@@ -167,19 +158,6 @@ impl OneCamera {
     }
 }
 
-/// Poses that eyes get in the render world.
-#[derive(Resource, Default)]
-struct LatePoses(Vec<(Entity, GlobalTransform)>);
-
-/// Overwrites the poses of views, as bevy_mod_openxr does.
-fn overwrite_poses(poses: Res<LatePoses>, mut views: Query<(&MainEntity, &mut ExtractedView)>) {
-    for (entity, mut view) in &mut views {
-        if let Some((_, pose)) = poses.0.iter().find(|(eye, _)| *eye == entity.id()) {
-            view.world_from_view = *pose;
-        }
-    }
-}
-
 /// The scene before two eyes.
 #[derive(Deref, DerefMut)]
 pub struct TwoEyes {
@@ -195,22 +173,16 @@ impl TwoEyes {
         let mut carved = Carved::new();
         let camera = carved.scene.camera();
         carved.scene.world().despawn(camera);
-        let texture = add_views(carved.scene.world());
+        let world = carved.scene.world();
+        let texture = eye_texture(world.resource::<RenderDevice>(), IMAGE);
+        insert_layers(&texture, 0, &mut world.resource_mut::<ManualTextureViews>());
         let plain = (Tonemapping::None, DebandDither::Disabled, Msaa::Off);
         let cameras = [0, 1].map(|eye| {
             let target = RenderTarget::TextureView(ManualTextureViewHandle(eye));
             let order = Camera { order: eye as isize, ..default() };
             carved.scene.world().spawn((Camera3d::default(), target, order, plain)).id()
         });
-        let render_app = carved.scene.headless.app.sub_app_mut(RenderApp);
-        render_app.init_resource::<LatePoses>().add_systems(
-            Render,
-            // The set of bevy_mod_xr for late poses.
-            overwrite_poses
-                .after(RenderSystems::ExtractCommands)
-                .before(RenderSystems::PrepareAssets)
-                .before(RenderSystems::CreateViews),
-        );
+        take_late_poses(&mut carved.scene.headless);
         Self { carved, cameras, texture }
     }
 
@@ -229,41 +201,12 @@ impl TwoEyes {
             self.scene.world().entity_mut(camera).insert((early.pose, Projection::custom(late.projection)));
         }
         let poses = cameras.into_iter().zip(late.map(|eye| GlobalTransform::from(eye.pose))).collect();
-        let render_app = self.scene.headless.app.sub_app_mut(RenderApp);
-        render_app.world_mut().insert_resource(LatePoses(poses));
+        set_late_poses(&mut self.scene.headless, poses);
     }
 
     pub fn images(&self) -> [Vec<u8>; 2] {
-        let mut first = self.scene.headless.bytes_of(&self.texture);
-        let second = first.split_off(first.len() / 2);
-        [first, second]
+        read_layers(&self.scene.headless, &self.texture)
     }
-}
-
-/// Adds a texture of two layers, and a view of each. Returns the texture.
-fn add_views(world: &mut World) -> Texture {
-    let size = Extent3d { width: IMAGE.x, height: IMAGE.y, depth_or_array_layers: 2 };
-    let texture = world.resource::<RenderDevice>().create_texture(&TextureDescriptor {
-        label: Some("two eyes"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format: TextureFormat::Rgba8UnormSrgb,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    for layer in 0..2 {
-        let view = texture.create_view(&TextureViewDescriptor {
-            dimension: Some(TextureViewDimension::D2),
-            base_array_layer: layer,
-            array_layer_count: Some(1),
-            ..default()
-        });
-        let view = ManualTextureView::with_default_format(view, IMAGE);
-        world.resource_mut::<ManualTextureViews>().insert(ManualTextureViewHandle(layer), view);
-    }
-    texture
 }
 
 /// Asserts that two eyes see the same as one camera does, and that each sees something else.
